@@ -1,0 +1,11 @@
+/* tetralod: all public headers. */
+#ifndef TETRALOD_TETRALOD_H
+#define TETRALOD_TETRALOD_H
+
+#include "tetralod/base.h"
+#include "tetralod/formats.h"
+#include "tetralod/measure.h"
+#include "tetralod/mesh.h"
+#include "tetralod/simplify.h"
+
+#endif

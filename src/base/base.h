@@ -1,0 +1,45 @@
+/* Stage base, internal: what all stages share below their public headers. Memory, arena, checked
+ * integers, thread pool, clock. Files, sorting and predicates have headers of their own. */
+#ifndef TETRALOD_SRC_BASE_H
+#define TETRALOD_SRC_BASE_H
+
+#include "tetralod/base.h"
+
+/* A broken promise of our own; never reached by bytes from a file. Stays on in release builds. */
+#define TL_ASSERT(condition) ((condition) ? (void)0 : tli_assert_failed(#condition, __FILE__, __LINE__))
+_Noreturn void tli_assert_failed(const char *condition, const char *file, int line);
+
+/* *out = a * b or a + b; false on overflow (out is then untouched). */
+bool tli_mul_size(size_t a, size_t b, size_t *out);
+bool tli_add_size(size_t a, size_t b, size_t *out);
+/* Narrows with a check: false when value does not fit. */
+bool tli_to_lidx(uint64_t value, tl_lidx *out);
+
+/* Copies a string into the context's memory. Gives it. NULL stays NULL. */
+char *tli_strdup(tl_ctx *ctx, const char *text, tl_status *status);
+
+/* ---- arena: many small blocks that die together (opened and closed by a driver) ---- */
+typedef struct tli_arena_chunk tli_arena_chunk;
+typedef struct tli_arena {
+    tl_ctx *ctx;
+    tli_arena_chunk *chunks;
+} tli_arena;
+void tli_arena_open(tl_ctx *ctx, tli_arena *arena);
+void tli_arena_close(tli_arena *arena);
+/* As tl_mem_alloc; freed by tli_arena_close. One thread at a time. */
+void *tli_arena_alloc(tli_arena *arena, size_t count, size_t elem_bytes, tl_status *status);
+
+/* ---- threads ---- */
+/* Works on items [begin, end); worker is 0 .. tl_ctx_thread_count - 1 and unique among those that
+ * run at the same time. */
+typedef tl_status (*tli_range_fn)(void *arg, size_t begin, size_t end, unsigned worker);
+/* Calls fn for [0, item_count) in pieces of at most grain items (grain >= 1), from all threads of
+ * the pool, the caller being worker 0. Pieces start at multiples of grain, whatever the number of
+ * threads, so per-piece results are repeatable. After a failure no new piece is begun; the status of
+ * the failed piece with the lowest index is returned. Not to be nested. */
+tl_status tli_parallel(tl_ctx *ctx, size_t item_count, size_t grain, tli_range_fn fn, void *arg);
+
+/* Monotonic time in seconds. */
+double tli_clock_s(void);
+
+#endif

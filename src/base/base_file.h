@@ -1,0 +1,40 @@
+/* Stage base, internal: files larger than 4 GiB, mapped reading, output that appears only when
+ * complete. */
+#ifndef TETRALOD_SRC_BASE_FILE_H
+#define TETRALOD_SRC_BASE_FILE_H
+
+#include "base/base.h"
+
+/* A whole file as bytes, mapped (or read, where it can't be mapped). */
+typedef struct tli_map {
+    const uint8_t *bytes; /* [byte_count], never NULL after a successful open */
+    uint64_t byte_count;
+    void *owned; /* NULL when mapped */
+} tli_map;
+
+/* TL_ERR_IO names the path and the system's reason; a folder is refused by name. */
+tl_status tli_map_open(tl_ctx *ctx, const char *path, tli_map *map);
+/* Tells the system that [begin, end) will not be read again soon, so that its pages need not stay
+ * resident. */
+void tli_map_forget(const tli_map *map, uint64_t begin, uint64_t end);
+void tli_map_close(tl_ctx *ctx, tli_map *map);
+
+/* A file being written. Buffered, 64-bit; nothing shows under the final name before a committed
+ * close. A path that names something that is no regular file (a device, a pipe) is written in place. */
+typedef struct tli_sink tli_sink;
+tl_status tli_sink_open(tl_ctx *ctx, const char *path, tli_sink **sink);
+/* After a failed write all further ones return the same failure. */
+tl_status tli_sink_write(tli_sink *sink, const void *bytes, size_t byte_count);
+tl_status tli_sink_printf(tli_sink *sink, const char *format, ...) TL_PRINTF(2, 3);
+/* Bytes written so far. */
+uint64_t tli_sink_tell(const tli_sink *sink);
+/* Replaces bytes written before; [ofs, ofs + byte_count) must lie below tli_sink_tell. */
+tl_status tli_sink_patch(tli_sink *sink, uint64_t ofs, const void *bytes, size_t byte_count);
+/* commit: flush, sync, rename over the final name; else everything is removed. NULL is allowed. */
+tl_status tli_sink_close(tli_sink *sink, bool commit);
+
+/* Fault injection for tests: the n-th file operation (open, read, write, sync, rename) from now on
+ * fails with EIO; 0 switches it off. The count is kept in the context. */
+void tli_file_fail_at(tl_ctx *ctx, uint64_t n);
+
+#endif

@@ -1,0 +1,77 @@
+/* Stage formats, internal: what every reader hands on. A grid is a data set as its file has it, with
+ * cells of any kind; formats_tets.c turns it into a mesh of tets. */
+#ifndef TETRALOD_SRC_FORMATS_GRID_H
+#define TETRALOD_SRC_FORMATS_GRID_H
+
+#include "base/base.h"
+#include "base/base_file.h"
+#include "tetralod/formats.h"
+
+/* A named array of a file, widened to float64. */
+typedef struct tli_grid_array {
+    char *name;          /* owned */
+    uint32_t components; /* >= 1 */
+    tl_scalar scalar;    /* type in the file */
+    uint64_t count;      /* tuples */
+    double *values;      /* [count][components], owned */
+} tli_grid_array;
+
+/* A structured block: points [first_point, first_point + ni * nj * nk), i fastest. Its cells come
+ * after those of the blocks before it, i fastest. A dimension of 1 makes it a surface, line or point. */
+typedef struct tli_grid_block {
+    uint64_t first_point;
+    uint32_t dims[3];
+} tli_grid_block;
+
+typedef struct tli_grid {
+    tl_ctx *ctx;
+    uint64_t point_count;
+    double *xyz; /* [point_count][3] */
+
+    /* either structured blocks ... */
+    tli_grid_block *blocks;
+    uint32_t block_count;
+    uint8_t *blanks; /* [point_count] or NULL; 0: the point is missing (iblank) */
+
+    /* ... or (block_count 0) a list of cells in VTK's types and vertex orders. A tets-only file may
+     * leave types NULL: every cell is then a VTK_TETRA and offsets may be NULL too. */
+    uint64_t cell_count;
+    uint8_t *types;        /* [cell_count] VTK cell types */
+    uint64_t *offsets;     /* [cell_count + 1] into connectivity */
+    uint32_t *connectivity; /* point ids, each below point_count: checked by the reader */
+
+    tli_grid_array *point_arrays; /* count == point_count each: checked by the reader */
+    uint32_t point_array_count;
+    tli_grid_array *cell_arrays; /* count == number of cells each (blocks: of structured cells) */
+    uint32_t cell_array_count;
+    double time; /* NaN when the file has none */
+} tli_grid;
+
+/* An empty grid. */
+void tli_grid_init(tl_ctx *ctx, tli_grid *grid);
+void tli_grid_release(tli_grid *grid);
+/* Appends an array (takes over values on success, copies name). A count that does not match is
+ * TL_ERR_FORMAT. Allocates values [count][components] when values is NULL and returns the array. */
+tl_status tli_grid_add(tli_grid *grid, tl_on on, const char *name, uint32_t components,
+                       tl_scalar scalar, double *values, tli_grid_array **array);
+/* Number of cells: of the list, or of all blocks. */
+uint64_t tli_grid_cell_count(const tli_grid *grid);
+
+/* Widens count numbers of a file's type and byte order to float64. */
+void tli_widen(const void *bytes, tl_scalar scalar, bool big_endian, uint64_t count, double *values);
+
+/* Grid to mesh: drops ghosts (vtkGhostType) and blanks, splits cells, turns tets, picks the region,
+ * leaves unused points out, fills report. grid is emptied on the way. formats_tets.c */
+tl_status tli_grid_to_mesh(tli_grid *grid, const tl_read_opts *opts, tl_mesh **mesh,
+                           tl_read_report *report);
+
+/* The readers. map holds the whole file; path is for messages and neighbours. Each fills an empty
+ * grid; on failure the caller releases it. */
+tl_status tli_read_vtk_xml(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid);
+tl_status tli_read_vtk_legacy(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid);
+tl_status tli_read_plot3d(tl_ctx *ctx, const tli_map *map, const char *path,
+                          const tl_read_opts *opts, tli_grid *grid);
+tl_status tli_read_raw(tl_ctx *ctx, const tli_map *map, const char *path, const tl_read_opts *opts,
+                       tli_grid *grid);
+
+#endif
