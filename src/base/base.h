@@ -6,7 +6,8 @@
 #include "tetralod/base.h"
 
 /* A broken promise of our own; never reached by bytes from a file. Stays on in release builds. */
-#define TL_ASSERT(condition) ((condition) ? (void)0 : tli_assert_failed(#condition, __FILE__, __LINE__))
+#define TL_ASSERT(condition)                                                                       \
+    ((condition) ? (void)0 : tli_assert_failed(#condition, __FILE__, __LINE__))
 _Noreturn void tli_assert_failed(const char *condition, const char *file, int line);
 
 /* *out = a * b or a + b; false on overflow (out is then untouched). */
@@ -35,8 +36,8 @@ void *tli_arena_alloc(tli_arena *arena, size_t count, size_t elem_bytes, tl_stat
 typedef tl_status (*tli_range_fn)(void *arg, size_t begin, size_t end, unsigned worker);
 /* Calls fn for [0, item_count) in pieces of at most grain items (grain >= 1), from all threads of
  * the pool, the caller being worker 0. Pieces start at multiples of grain, whatever the number of
- * threads, so per-piece results are repeatable. After a failure no new piece is begun; the status of
- * the failed piece with the lowest index is returned. Not to be nested. */
+ * threads, so per-piece results are repeatable. After a failure no new piece is begun; the status
+ * of the failed piece with the lowest index is returned. Not to be nested. */
 tl_status tli_parallel(tl_ctx *ctx, size_t item_count, size_t grain, tli_range_fn fn, void *arg);
 
 /* Monotonic time in seconds. */

@@ -20,7 +20,8 @@ void tli_map_forget(const tli_map *map, uint64_t begin, uint64_t end);
 void tli_map_close(tl_ctx *ctx, tli_map *map);
 
 /* A file being written. Buffered, 64-bit; nothing shows under the final name before a committed
- * close. A path that names something that is no regular file (a device, a pipe) is written in place. */
+ * close. A path that names something that is no regular file (a device, a pipe) is written in
+ * place. */
 typedef struct tli_sink tli_sink;
 tl_status tli_sink_open(tl_ctx *ctx, const char *path, tli_sink **sink);
 /* After a failed write all further ones return the same failure. */

@@ -9,8 +9,8 @@
 tl_status tli_sort_u64(tl_ctx *ctx, uint64_t *keys, uint32_t *values, size_t count);
 tl_status tli_sort_u32(tl_ctx *ctx, uint32_t *keys, uint32_t *values, size_t count);
 
-/* order [count] receives the vertices in Hilbert order of their positions in the bounding box of all
- * (21 bits an axis); ties by index. Positions that are not finite come last. */
+/* order [count] receives the vertices in Hilbert order of their positions in the bounding box of
+ * all (21 bits an axis); ties by index. Positions that are not finite come last. */
 tl_status tli_sort_hilbert(tl_ctx *ctx, const double *xyz, size_t vert_count, uint32_t *order);
 
 #endif

@@ -1,0 +1,174 @@
+/* Memory of a context: every block is counted against the budget before it is asked for. A header
+ * in front of each block keeps its size, so that it can be freed and resized without the caller
+ * telling it, and a guard that finds overruns from below and double frees. The only file that calls
+ * the system's allocator. */
+#include "base/base_context.h"
+
+#include <stdalign.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct header {
+    alignas(16) size_t bytes; /* of the whole block, header included */
+    uintptr_t guard;
+} header;
+
+_Static_assert(sizeof(header) == 16, "blocks must stay aligned to 16 bytes");
+
+#define GUARD_ALIVE ((uintptr_t)0x7e7a10d5a11ce5u)
+
+void *tli_resize_default(void *user, void *block, size_t old_bytes, size_t new_bytes)
+{
+    (void)user;
+    (void)old_bytes;
+    if (!new_bytes) {
+        free(block);
+        return NULL;
+    }
+    return realloc(block, new_bytes);
+}
+
+size_t tl_ctx_current_bytes(const tl_ctx *ctx)
+{
+    return atomic_load_explicit(&ctx->current_bytes, memory_order_relaxed);
+}
+
+size_t tl_ctx_peak_bytes(const tl_ctx *ctx)
+{
+    return atomic_load_explicit(&ctx->peak_bytes, memory_order_relaxed);
+}
+
+void tl_ctx_reset_peak(tl_ctx *ctx)
+{
+    atomic_store(&ctx->peak_bytes, atomic_load(&ctx->current_bytes));
+}
+
+/* ---- accounting ---- */
+
+/* Takes bytes from the budget, or fails and takes nothing. */
+static tl_status reserve(tl_ctx *ctx, size_t bytes)
+{
+    size_t budget = ctx->opts.budget_bytes ? ctx->opts.budget_bytes : SIZE_MAX;
+    size_t now = atomic_load_explicit(&ctx->current_bytes, memory_order_relaxed);
+    do {
+        if (now > budget || bytes > budget - now)
+            return tl_fail(ctx, TL_ERR_BUDGET,
+                           "%zu bytes wanted, but %zu of the budget of %zu bytes are in use", bytes,
+                           now, budget);
+    } while (!atomic_compare_exchange_weak_explicit(&ctx->current_bytes, &now, now + bytes,
+                                                    memory_order_relaxed, memory_order_relaxed));
+    now += bytes;
+    size_t peak = atomic_load_explicit(&ctx->peak_bytes, memory_order_relaxed);
+    while (now > peak &&
+           !atomic_compare_exchange_weak_explicit(&ctx->peak_bytes, &peak, now,
+                                                  memory_order_relaxed, memory_order_relaxed))
+        continue;
+    return TL_OK;
+}
+
+static void give_back(tl_ctx *ctx, size_t bytes)
+{
+    atomic_fetch_sub_explicit(&ctx->current_bytes, bytes, memory_order_relaxed);
+}
+
+static tl_status fail_memory(tl_ctx *ctx, size_t bytes)
+{
+    return tl_fail(ctx, TL_ERR_MEMORY, "the allocator has no %zu bytes (%zu in use)", bytes,
+                   tl_ctx_current_bytes(ctx));
+}
+
+static tl_status block_bytes(tl_ctx *ctx, size_t count, size_t elem_bytes, size_t *bytes)
+{
+    size_t payload;
+    if (!tli_mul_size(count, elem_bytes, &payload) ||
+        !tli_add_size(payload, sizeof(header), bytes) || *bytes > PTRDIFF_MAX)
+        return tl_fail(ctx, TL_ERR_MEMORY, "%zu elements of %zu bytes do not fit into memory",
+                       count, elem_bytes);
+    return TL_OK;
+}
+
+/* ---- blocks ---- */
+
+static void *publish(header *h, size_t bytes)
+{
+    h->bytes = bytes;
+    h->guard = GUARD_ALIVE ^ bytes;
+    return h + 1;
+}
+
+static header *header_of(void *block)
+{
+    header *h = (header *)block - 1;
+    TL_ASSERT(h->guard == (GUARD_ALIVE ^ h->bytes)); /* freed twice, foreign, or written below */
+    return h;
+}
+
+static void *block_create(tl_ctx *ctx, size_t count, size_t elem_bytes, bool zero,
+                          tl_status *status)
+{
+    size_t bytes;
+    if (*status) return NULL;
+    if ((*status = block_bytes(ctx, count, elem_bytes, &bytes))) return NULL;
+    if ((*status = reserve(ctx, bytes))) return NULL;
+    header *h;
+    if (zero && ctx->opts.resize == tli_resize_default) {
+        h = calloc(1, bytes); /* large blocks: fresh pages of the system, zero and untouched */
+    } else {
+        h = ctx->opts.resize(ctx->opts.user, NULL, 0, bytes);
+        if (h && zero) memset(h, 0, bytes);
+    }
+    if (!h) {
+        give_back(ctx, bytes);
+        *status = fail_memory(ctx, bytes);
+        return NULL;
+    }
+    return publish(h, bytes);
+}
+
+void *tl_mem_alloc(tl_ctx *ctx, size_t count, size_t elem_bytes, tl_status *status)
+{
+    return block_create(ctx, count, elem_bytes, false, status);
+}
+
+void *tl_mem_zalloc(tl_ctx *ctx, size_t count, size_t elem_bytes, tl_status *status)
+{
+    return block_create(ctx, count, elem_bytes, true, status);
+}
+
+void *tl_mem_resize(tl_ctx *ctx, void *block, size_t count, size_t elem_bytes, tl_status *status)
+{
+    size_t bytes;
+    if (!block) return block_create(ctx, count, elem_bytes, false, status);
+    if (*status) return block;
+    if ((*status = block_bytes(ctx, count, elem_bytes, &bytes))) return block;
+    header *old = header_of(block);
+    size_t old_bytes = old->bytes;
+    if (bytes > old_bytes && (*status = reserve(ctx, bytes - old_bytes))) return block;
+    header *h = ctx->opts.resize(ctx->opts.user, old, old_bytes, bytes);
+    if (!h) {
+        if (bytes > old_bytes) give_back(ctx, bytes - old_bytes);
+        *status = fail_memory(ctx, bytes);
+        return block;
+    }
+    if (bytes < old_bytes) give_back(ctx, old_bytes - bytes);
+    return publish(h, bytes);
+}
+
+void tl_mem_free(tl_ctx *ctx, void *block)
+{
+    if (!block) return;
+    header *h = header_of(block);
+    size_t bytes = h->bytes;
+    h->guard = 0;
+    ctx->opts.resize(ctx->opts.user, h, bytes, 0);
+    give_back(ctx, bytes);
+}
+
+char *tli_strdup(tl_ctx *ctx, const char *text, tl_status *status)
+{
+    if (!text) return NULL;
+    size_t bytes = strlen(text) + 1;
+    char *copy = tl_mem_alloc(ctx, bytes, 1, status);
+    if (copy) memcpy(copy, text, bytes);
+    return copy;
+}
