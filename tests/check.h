@@ -38,7 +38,8 @@
 #define CHECK_BOUND(what, measured, promised)                                                      \
     do {                                                                                           \
         double check_m = (measured), check_p = (promised);                                         \
-        printf("%s %.6g <= %.6g %s\n", what, check_m, check_p, check_m <= check_p ? "ok" : "BROKEN"); \
+        printf("%s %.6g <= %.6g %s\n", what, check_m, check_p,                                     \
+               check_m <= check_p ? "ok" : "BROKEN");                                              \
         if (!(check_m <= check_p)) fail_msg("%s:%d: the bound is broken", __FILE__, __LINE__);     \
     } while (0)
 

@@ -57,7 +57,12 @@ TL_API const char *tl_status_name(tl_status status);
 
 typedef struct tl_ctx tl_ctx;
 
-typedef enum tl_log_level { TL_LOG_ERROR = 0, TL_LOG_WARNING = 1, TL_LOG_INFO = 2, TL_LOG_DEBUG = 3 } tl_log_level;
+typedef enum tl_log_level {
+    TL_LOG_ERROR = 0,
+    TL_LOG_WARNING = 1,
+    TL_LOG_INFO = 2,
+    TL_LOG_DEBUG = 3
+} tl_log_level;
 
 /* The one allocator function, in the manner of realloc: block NULL allocates, new_bytes 0 frees
  * (and returns NULL). old_bytes is the size of the last request for this block. May be called from
@@ -74,10 +79,11 @@ typedef bool (*tl_progress_fn)(void *user, const char *stage, uint64_t done, uin
 typedef void (*tl_log_fn)(void *user, tl_log_level level, const char *text);
 
 typedef struct tl_ctx_opts {
-    size_t struct_bytes;     /* size of this struct, set by tl_ctx_opts_defaults */
-    size_t budget_bytes;     /* hard limit of memory in bytes; default 0: none */
-    unsigned thread_count;   /* threads of the pool, the caller included; default 0: one a processor */
-    tl_resize_fn resize;     /* default NULL: realloc and free */
+    size_t struct_bytes; /* size of this struct, set by tl_ctx_opts_defaults */
+    size_t budget_bytes; /* hard limit of memory in bytes; default 0: none */
+    unsigned
+        thread_count;    /* threads of the pool, the caller included; default 0: one a processor */
+    tl_resize_fn resize; /* default NULL: realloc and free */
     tl_progress_fn progress; /* default NULL */
     tl_log_fn log;           /* default NULL: messages are dropped */
     void *user;              /* handed to the three functions */

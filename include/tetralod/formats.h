@@ -12,28 +12,40 @@ extern "C" {
 /* What is to be done with values that a file marks as missing. */
 typedef struct tl_read_opts {
     size_t struct_bytes;
-    const char *solution;  /* PLOT3D: path of the Q file; NULL: none. borrowed */
-    uint32_t raw_dims[3];  /* raw volume: points along x, y, z; 0: the file is no raw volume */
-    tl_scalar raw_scalar;  /* raw volume: type of a value, x fastest */
-    bool raw_big_endian;   /* default false */
-    int split;             /* tets of a structured cell: 5 (by parity, default) or 6 */
-    bool cell_to_point;    /* default false; true: cell data become point data, volume-weighted means */
-    bool has_fill_value;   /* default false */
-    double fill_value;     /* vertices that hold it in any channel are missing, and the tets of missing
-                              vertices are cut away. iblank 0 and NaN given as fill value too */
-    bool keep_fill;        /* default false; true: fill values become NaN and their tets stay */
-    const char *region;    /* name of the cell array that holds the regions; NULL: the first called
-                              region, material or block (any case). borrowed */
+    const char *solution; /* PLOT3D: path of the Q file; NULL: none. borrowed */
+    uint32_t raw_dims[3]; /* raw volume: points along x, y, z; 0: the file is no raw volume */
+    tl_scalar raw_scalar; /* raw volume: type of a value, x fastest */
+    bool raw_big_endian;  /* default false */
+    int split;            /* tets of a structured cell: 5 (by parity, default) or 6 */
+    bool
+        cell_to_point; /* default false; true: cell data become point data, volume-weighted means */
+    bool has_fill_value; /* default false */
+    double fill_value;  /* vertices that hold it in any channel are missing, and the tets of missing
+                           vertices are cut away. iblank 0 and NaN given as fill value too */
+    bool keep_fill;     /* default false; true: fill values become NaN and their tets stay */
+    const char *region; /* name of the cell array that holds the regions; NULL: the first called
+                           region, material or block (any case). borrowed */
 } tl_read_opts;
 TL_API tl_read_opts tl_read_opts_defaults(void);
 
 /* Kinds of cells, as read_report counts them. */
 typedef enum tl_cell_kind {
-    TL_CELL_TETRA = 0, TL_CELL_HEXAHEDRON, TL_CELL_VOXEL, TL_CELL_WEDGE, TL_CELL_PYRAMID,
-    TL_CELL_QUADRATIC_TETRA, TL_CELL_QUADRATIC_HEXAHEDRON, TL_CELL_TRIQUADRATIC_HEXAHEDRON,
-    TL_CELL_QUADRATIC_WEDGE, TL_CELL_QUADRATIC_PYRAMID,
-    TL_CELL_POLYHEDRON, TL_CELL_PRISM, /* pentagonal and hexagonal prisms */
-    TL_CELL_SURFACE, TL_CELL_LINE, TL_CELL_POINT, TL_CELL_OTHER,
+    TL_CELL_TETRA = 0,
+    TL_CELL_HEXAHEDRON,
+    TL_CELL_VOXEL,
+    TL_CELL_WEDGE,
+    TL_CELL_PYRAMID,
+    TL_CELL_QUADRATIC_TETRA,
+    TL_CELL_QUADRATIC_HEXAHEDRON,
+    TL_CELL_TRIQUADRATIC_HEXAHEDRON,
+    TL_CELL_QUADRATIC_WEDGE,
+    TL_CELL_QUADRATIC_PYRAMID,
+    TL_CELL_POLYHEDRON,
+    TL_CELL_PRISM, /* pentagonal and hexagonal prisms */
+    TL_CELL_SURFACE,
+    TL_CELL_LINE,
+    TL_CELL_POINT,
+    TL_CELL_OTHER,
     TL_CELL_KIND_COUNT
 } tl_cell_kind;
 /* "tetra", "hexahedron" ...; never NULL. */
@@ -41,16 +53,16 @@ TL_API const char *tl_cell_kind_name(tl_cell_kind kind);
 
 /* What a reader found, dropped and changed. */
 typedef struct tl_read_report {
-    uint64_t points;                     /* in the file */
-    uint64_t cells[TL_CELL_KIND_COUNT];  /* in the file, by kind */
-    uint64_t ghost_cells;                /* dropped: vtkGhostType */
-    uint64_t blank_cells;                /* cut away: fill value, iblank */
-    uint64_t surface_cells;              /* left out: surface, line, point, other cells together */
-    uint64_t turned;                     /* tets whose orientation was negative and is now positive */
-    uint64_t inverted;                   /* tets that stay negative */
-    uint64_t degenerate;                 /* tets that are exactly flat */
-    uint64_t unused_points;              /* points that no tet uses; left out */
-    uint64_t nonfinite_values;           /* channel values that are NaN or infinite */
+    uint64_t points;                    /* in the file */
+    uint64_t cells[TL_CELL_KIND_COUNT]; /* in the file, by kind */
+    uint64_t ghost_cells;               /* dropped: vtkGhostType */
+    uint64_t blank_cells;               /* cut away: fill value, iblank */
+    uint64_t surface_cells;             /* left out: surface, line, point, other cells together */
+    uint64_t turned;           /* tets whose orientation was negative and is now positive */
+    uint64_t inverted;         /* tets that stay negative */
+    uint64_t degenerate;       /* tets that are exactly flat */
+    uint64_t unused_points;    /* points that no tet uses; left out */
+    uint64_t nonfinite_values; /* channel values that are NaN or infinite */
 } tl_read_report;
 
 /* Reads any known file as tets; the kind is told by the bytes, then by the name. Everything that is
@@ -62,14 +74,14 @@ TL_API tl_status tl_mesh_read(tl_ctx *ctx, const char *path, const tl_read_opts 
 
 typedef struct tl_write_opts {
     size_t struct_bytes;
-    bool zlib; /* VTU: compress with zlib; default false. Smaller and slower */
+    bool zlib;  /* VTU: compress with zlib; default false. Smaller and slower */
     bool ascii; /* legacy VTK and VTU: text; default false */
 } tl_write_opts;
 TL_API tl_write_opts tl_write_opts_defaults(void);
 
-/* Writes a mesh; the ending of the name says as what: .vtu or .vtk. Positions and values are written
- * in the narrowest type that loses nothing (positions: float32 or float64; channels: their own type
- * if all values fit, else float64). The file appears only when complete. opts may be NULL.
+/* Writes a mesh; the ending of the name says as what: .vtu or .vtk. Positions and values are
+ * written in the narrowest type that loses nothing (positions: float32 or float64; channels: their
+ * own type if all values fit, else float64). The file appears only when complete. opts may be NULL.
  * TL_ERR_ARG for an unknown ending, TL_ERR_IO. */
 TL_API tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                                const tl_write_opts *opts);
@@ -84,8 +96,8 @@ TL_API const char *tl_sample_about(const char *name);
  * size: vertices along each side of a grid, or the nearest equal; 0 takes the sample's default. */
 TL_API tl_status tl_sample_write(tl_ctx *ctx, const char *name, uint32_t size, const char *path);
 
-/* The exact values of a sample at x: values [tl_sample_components(name)], all channels one after the
- * other in the order of the file. TL_ERR_ARG for an unknown name. */
+/* The exact values of a sample at x: values [tl_sample_components(name)], all channels one after
+ * the other in the order of the file. TL_ERR_ARG for an unknown name. */
 TL_API size_t tl_sample_components(const char *name);
 TL_API tl_status tl_sample_value(tl_ctx *ctx, const char *name, const double x[3], double *values);
 

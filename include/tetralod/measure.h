@@ -12,14 +12,14 @@ extern "C" {
 /* The field error of one channel, in the channel's unit. Of a vector or tensor: the norm of the
  * difference. */
 typedef struct tl_field_error {
-    const char *name;       /* borrows from the first mesh */
+    const char *name; /* borrows from the first mesh */
     uint32_t components;
     tl_on on;
-    double rms;             /* over the original vertices (tets: over their centroids) */
-    double max;             /* over the original vertices (tets: over their centroids) */
-    size_t max_at;          /* the vertex (tet) of the maximum */
-    double mean;            /* integral over the original volume by quadrature, divided by it */
-    double range[2];        /* of the original channel; of the norm where it has several components */
+    double rms;      /* over the original vertices (tets: over their centroids) */
+    double max;      /* over the original vertices (tets: over their centroids) */
+    size_t max_at;   /* the vertex (tet) of the maximum */
+    double mean;     /* integral over the original volume by quadrature, divided by it */
+    double range[2]; /* of the original channel; of the norm where it has several components */
     size_t nonfinite_count; /* original values left out because they are not finite */
 } tl_field_error;
 
@@ -42,9 +42,10 @@ typedef struct tl_compare_opts {
     size_t struct_bytes;
     const tl_iso_request *isos; /* default NULL. borrowed */
     size_t iso_count;
-    bool skip_boundary;  /* default false */
-    double sample_step;  /* distance of the boundary and isosurface samples in mesh units; default 0:
-                            0.25 % of the diagonal, at least one sample a triangle. Smaller is slower */
+    bool skip_boundary; /* default false */
+    double
+        sample_step; /* distance of the boundary and isosurface samples in mesh units; default 0:
+                        0.25 % of the diagonal, at least one sample a triangle. Smaller is slower */
 } tl_compare_opts;
 TL_API tl_compare_opts tl_compare_opts_defaults(void);
 
@@ -52,10 +53,10 @@ typedef struct tl_compare_result {
     tl_field_error *fields; /* [field_count]: channels that both meshes have, by name, place and
                                components */
     size_t field_count;
-    size_t outside_vertices; /* original vertices that no tet of the copy holds: they are projected to
-                                the nearest point of its boundary */
+    size_t outside_vertices; /* original vertices that no tet of the copy holds: they are projected
+                                to the nearest point of its boundary */
     double outside_distance; /* the largest distance of such a vertex, mesh units */
-    double boundary_mean;      /* d_M between the boundaries, mesh units */
+    double boundary_mean;    /* d_M between the boundaries, mesh units */
     double boundary_hausdorff; /* d_H, two-sided */
     double boundary_step;      /* the distance of samples used */
     size_t boundary_samples;   /* on both sides together */
@@ -67,7 +68,7 @@ typedef struct tl_compare_result {
     size_t nonmanifold_edges[2];
     size_t nonmanifold_verts[2];
     size_t components[2];
-    double diagonal; /* of the original */
+    double diagonal;    /* of the original */
     tl_iso_error *isos; /* [iso_count] */
     size_t iso_count;
 } tl_compare_result;
@@ -75,7 +76,8 @@ typedef struct tl_compare_result {
 /* Compares a copy (simplified, decoded, moved) with the original. Runs on the pool; the result does
  * not depend on the number of threads. opts may be NULL. Gives *result, to be released with
  * tl_compare_release before either mesh is destroyed. TL_ERR_DATA for a mesh without tets or with
- * vertices that are not finite; TL_ERR_ARG for an iso request that names no scalar channel of both. */
+ * vertices that are not finite; TL_ERR_ARG for an iso request that names no scalar channel of both.
+ */
 TL_API tl_status tl_mesh_compare(tl_ctx *ctx, const tl_mesh *original, const tl_mesh *copy,
                                  const tl_compare_opts *opts, tl_compare_result *result);
 TL_API void tl_compare_release(tl_ctx *ctx, tl_compare_result *result);

@@ -1,9 +1,10 @@
 /* tetralod, stage mesh: tetrahedra and channels in memory; adjacency, boundary, quality, point
  * location and walking, invariant checks.
  *
- * A tet is four vertex indices (v0, v1, v2, v3); it is positive when (v1 - v0) x (v2 - v0) . (v3 - v0)
- * > 0, which is VTK's convention. Face i of a tet is the one opposite its vertex i. Objects are
- * immutable once built, unless a function says otherwise, and may then be read by several threads. */
+ * A tet is four vertex indices (v0, v1, v2, v3); it is positive when (v1 - v0) x (v2 - v0) . (v3 -
+ * v0) > 0, which is VTK's convention. Face i of a tet is the one opposite its vertex i. Objects are
+ * immutable once built, unless a function says otherwise, and may then be read by several threads.
+ */
 #ifndef TETRALOD_MESH_H
 #define TETRALOD_MESH_H
 
@@ -19,8 +20,16 @@ extern "C" {
 
 /* Number types of files. */
 typedef enum tl_scalar {
-    TL_I8 = 0, TL_U8 = 1, TL_I16 = 2, TL_U16 = 3, TL_I32 = 4,
-    TL_U32 = 5, TL_I64 = 6, TL_U64 = 7, TL_F32 = 8, TL_F64 = 9
+    TL_I8 = 0,
+    TL_U8 = 1,
+    TL_I16 = 2,
+    TL_U16 = 3,
+    TL_I32 = 4,
+    TL_U32 = 5,
+    TL_I64 = 6,
+    TL_U64 = 7,
+    TL_F32 = 8,
+    TL_F64 = 9
 } tl_scalar;
 /* Bytes of one number: 1, 2, 4 or 8. */
 TL_API size_t tl_scalar_bytes(tl_scalar scalar);
@@ -36,7 +45,7 @@ typedef struct tl_channel {
     const char *unit;
     uint32_t components; /* 1 scalar, 3 vector, 6 symmetric tensor, 9 tensor, or any other, >= 1 */
     tl_on on;
-    tl_scalar scalar;     /* the type it had in its file; what it is written as when it still fits */
+    tl_scalar scalar; /* the type it had in its file; what it is written as when it still fits */
     const double *values; /* [vert_count or tet_count][components] */
 } tl_channel;
 
@@ -89,14 +98,14 @@ TL_API void tl_channel_range(const tl_channel *channel, size_t count, double ran
 
 /* What a mesh is, in numbers. */
 typedef struct tl_mesh_stats {
-    double bounds[6];          /* x0, x1, y0, y1, z0, z1 of the vertices that tets use; 0 if none */
-    double diagonal;           /* of bounds */
-    double volume;             /* sum of signed tet volumes */
-    size_t inverted;           /* tets with exact negative orientation */
-    size_t degenerate;         /* tets that are exactly flat */
-    size_t nonfinite_verts;    /* used vertices with a coordinate that is not finite */
-    size_t unused_verts;       /* vertices of no tet */
-    size_t duplicate_verts;    /* used vertices at the place of an earlier one */
+    double bounds[6];       /* x0, x1, y0, y1, z0, z1 of the vertices that tets use; 0 if none */
+    double diagonal;        /* of bounds */
+    double volume;          /* sum of signed tet volumes */
+    size_t inverted;        /* tets with exact negative orientation */
+    size_t degenerate;      /* tets that are exactly flat */
+    size_t nonfinite_verts; /* used vertices with a coordinate that is not finite */
+    size_t unused_verts;    /* vertices of no tet */
+    size_t duplicate_verts; /* used vertices at the place of an earlier one */
     size_t boundary_triangles;
     double boundary_area;
     size_t interface_triangles; /* faces between two regions */
@@ -107,7 +116,7 @@ typedef struct tl_mesh_stats {
                                    whose edges is counted above */
     double quality_min;         /* mean ratio of the tets, 1 regular, 0 flat, below 0 inverted */
     double quality_median;
-    double dihedral_min;        /* radians, over all tets that are not flat */
+    double dihedral_min; /* radians, over all tets that are not flat */
     double dihedral_max;
 } tl_mesh_stats;
 
@@ -116,9 +125,9 @@ TL_API tl_status tl_mesh_measure(tl_ctx *ctx, const tl_mesh *mesh, tl_mesh_stats
 
 typedef enum tl_check_level { TL_CHECK_FAST = 0, TL_CHECK_FULL = 1 } tl_check_level;
 
-/* Proves the invariants of a mesh: indices in range, channels sized, (fast); finite coordinates, four
- * different vertices a tet, faces with at most two tets, no tet twice, exactly positive tets (full).
- * TL_ERR_DATA names the first tet, face or vertex that breaks one. */
+/* Proves the invariants of a mesh: indices in range, channels sized, (fast); finite coordinates,
+ * four different vertices a tet, faces with at most two tets, no tet twice, exactly positive tets
+ * (full). TL_ERR_DATA names the first tet, face or vertex that breaks one. */
 TL_API tl_status tl_mesh_check(tl_ctx *ctx, const tl_mesh *mesh, tl_check_level level);
 
 /* ---- topology ---- */
@@ -130,10 +139,12 @@ TL_API tl_status tl_mesh_adjacency(tl_ctx *ctx, const tl_mesh *mesh, tl_lidx **o
                                    size_t *nonmanifold_count);
 /* The same over plain arrays. */
 TL_API tl_status tl_tets_adjacency(tl_ctx *ctx, const tl_lidx *tets, size_t tet_count,
-                                   size_t vert_count, tl_lidx **opposite, size_t *nonmanifold_count);
+                                   size_t vert_count, tl_lidx **opposite,
+                                   size_t *nonmanifold_count);
 
-/* Vertex-to-tet incidence: the tets of vertex v are corners[offsets[v]] .. corners[offsets[v + 1] - 1],
- * ascending. Gives offsets [vert_count + 1] and tet_ids [4 * tet_count], blocks of tl_mem_alloc. */
+/* Vertex-to-tet incidence: the tets of vertex v are corners[offsets[v]] .. corners[offsets[v + 1] -
+ * 1], ascending. Gives offsets [vert_count + 1] and tet_ids [4 * tet_count], blocks of
+ * tl_mem_alloc. */
 TL_API tl_status tl_mesh_incidence(tl_ctx *ctx, const tl_mesh *mesh, tl_lidx **offsets,
                                    tl_lidx **tet_ids);
 TL_API tl_status tl_tets_incidence(tl_ctx *ctx, const tl_lidx *tets, size_t tet_count,
@@ -160,14 +171,15 @@ TL_API double tl_tet_quality(const double p[4][3]);
 TL_API void tl_tet_dihedral(const double p[4][3], double *smallest, double *largest);
 /* Barycentric weights of x in a tet that is not flat; they sum to 1. false for a flat one. */
 TL_API bool tl_tet_weights(const double p[4][3], const double x[3], double weights[4]);
-/* Nearest point of a tet (flat ones too) to x, as barycentric weights >= 0; returns the distance. */
+/* Nearest point of a tet (flat ones too) to x, as barycentric weights >= 0; returns the distance.
+ */
 TL_API double tl_tet_nearest(const double p[4][3], const double x[3], double weights[4]);
 
 /* ---- point location ---- */
 
 typedef struct tl_locator tl_locator;
-/* Borrows mesh. opposite as in tl_mesh_adjacency, borrowed; NULL computes it. Flat and inverted tets
- * hold no point, but are reached by tl_locator_nearest. Gives *locator. */
+/* Borrows mesh. opposite as in tl_mesh_adjacency, borrowed; NULL computes it. Flat and inverted
+ * tets hold no point, but are reached by tl_locator_nearest. Gives *locator. */
 TL_API tl_status tl_locator_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
                                    tl_locator **locator);
 TL_API void tl_locator_destroy(tl_locator *locator);
@@ -178,8 +190,8 @@ TL_API void tl_locator_destroy(tl_locator *locator);
  * NULL). Several threads may ask at once. */
 TL_API tl_lidx tl_locator_find(const tl_locator *locator, const double x[3], tl_lidx hint,
                                double weights[4]);
-/* The tet nearest to x; distance 0 if one holds it. For x outside the mesh the nearest point lies on
- * the boundary. weights are those of the nearest point. TL_NONE for a mesh without tets. */
+/* The tet nearest to x; distance 0 if one holds it. For x outside the mesh the nearest point lies
+ * on the boundary. weights are those of the nearest point. TL_NONE for a mesh without tets. */
 TL_API tl_lidx tl_locator_nearest(const tl_locator *locator, const double x[3], tl_lidx hint,
                                   double weights[4], double *distance);
 

@@ -33,22 +33,23 @@ typedef struct tl_simplify_channel {
 typedef struct tl_collapse {
     tl_lidx kept, gone;
     double xyz[3];        /* position of kept after the collapse */
-    const double *values; /* values of kept after it, the steering channels' components one after the
-                             other; valid during the call */
+    const double *values; /* values of kept after it, the steering channels' components one after
+                             the other; valid during the call */
     double cost;          /* quadric error, relative to squared ranges */
 } tl_collapse;
 typedef tl_status (*tl_collapse_fn)(void *user, const tl_collapse *collapse);
 
 typedef struct tl_simplify_opts {
     size_t struct_bytes;
-    size_t target_tets;     /* stop at or below that many tets; default 0: no target */
-    double ratio;           /* the same as a fraction of the input's; default 0: no target */
-    double error;           /* bound of every channel at every original vertex, as a fraction of its
-                               range; default 0: none. Without a target, simplifies as far as it allows */
-    double boundary_error;  /* distance in mesh units between old and new boundary and interfaces that
-                               must not be passed; default -1: 0.1 % of the diagonal. 0 keeps them */
-    tl_simplify_method method; /* default TL_SIMPLIFY_AUTO */
-    tl_placement placement;    /* default TL_PLACE_OPTIMAL */
+    size_t target_tets; /* stop at or below that many tets; default 0: no target */
+    double ratio;       /* the same as a fraction of the input's; default 0: no target */
+    double error;       /* bound of every channel at every original vertex, as a fraction of its
+                           range; default 0: none. Without a target, simplifies as far as it allows */
+    double
+        boundary_error; /* distance in mesh units between old and new boundary and interfaces that
+                           must not be passed; default -1: 0.1 % of the diagonal. 0 keeps them */
+    tl_simplify_method method;           /* default TL_SIMPLIFY_AUTO */
+    tl_placement placement;              /* default TL_PLACE_OPTIMAL */
     const tl_simplify_channel *channels; /* borrowed; NULL: every channel on vertices, weight 1 */
     size_t channel_count;
     const uint8_t *locked; /* [vert_count] or NULL: vertices not 0 keep place and values and stay */
@@ -86,9 +87,9 @@ typedef struct tl_simplify_result {
 
 /* Simplifies mesh, which stays as it is. Gives *out: positions, all channels on vertices and tets
  * (volume-weighted means), regions and time. Deterministic for any number of threads. opts may be
- * NULL only to be told so. Tets that are flat, inverted, doubled or non-manifold, and vertices whose
- * place or values are not finite are kept as they are and simplified around.
- * TL_ERR_ARG for options out of range; TL_ERR_DATA for a mesh without tets or an unknown channel. */
+ * NULL only to be told so. Tets that are flat, inverted, doubled or non-manifold, and vertices
+ * whose place or values are not finite are kept as they are and simplified around. TL_ERR_ARG for
+ * options out of range; TL_ERR_DATA for a mesh without tets or an unknown channel. */
 TL_API tl_status tl_mesh_simplify(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
                                   tl_mesh **out, tl_simplify_result *result);
 TL_API void tl_simplify_release(tl_ctx *ctx, tl_simplify_result *result);

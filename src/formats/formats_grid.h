@@ -1,5 +1,5 @@
-/* Stage formats, internal: what every reader hands on. A grid is a data set as its file has it, with
- * cells of any kind; formats_tets.c turns it into a mesh of tets. */
+/* Stage formats, internal: what every reader hands on. A grid is a data set as its file has it,
+ * with cells of any kind; formats_tets.c turns it into a mesh of tets. */
 #ifndef TETRALOD_SRC_FORMATS_GRID_H
 #define TETRALOD_SRC_FORMATS_GRID_H
 
@@ -17,7 +17,8 @@ typedef struct tli_grid_array {
 } tli_grid_array;
 
 /* A structured block: points [first_point, first_point + ni * nj * nk), i fastest. Its cells come
- * after those of the blocks before it, i fastest. A dimension of 1 makes it a surface, line or point. */
+ * after those of the blocks before it, i fastest. A dimension of 1 makes it a surface, line or
+ * point. */
 typedef struct tli_grid_block {
     uint64_t first_point;
     uint32_t dims[3];
@@ -36,8 +37,8 @@ typedef struct tli_grid {
     /* ... or (block_count 0) a list of cells in VTK's types and vertex orders. A tets-only file may
      * leave types NULL: every cell is then a VTK_TETRA and offsets may be NULL too. */
     uint64_t cell_count;
-    uint8_t *types;        /* [cell_count] VTK cell types */
-    uint64_t *offsets;     /* [cell_count + 1] into connectivity */
+    uint8_t *types;         /* [cell_count] VTK cell types */
+    uint64_t *offsets;      /* [cell_count + 1] into connectivity */
     uint32_t *connectivity; /* point ids, each below point_count: checked by the reader */
 
     tli_grid_array *point_arrays; /* count == point_count each: checked by the reader */
@@ -58,7 +59,8 @@ tl_status tli_grid_add(tli_grid *grid, tl_on on, const char *name, uint32_t comp
 uint64_t tli_grid_cell_count(const tli_grid *grid);
 
 /* Widens count numbers of a file's type and byte order to float64. */
-void tli_widen(const void *bytes, tl_scalar scalar, bool big_endian, uint64_t count, double *values);
+void tli_widen(const void *bytes, tl_scalar scalar, bool big_endian, uint64_t count,
+               double *values);
 
 /* Grid to mesh: drops ghosts (vtkGhostType) and blanks, splits cells, turns tets, picks the region,
  * leaves unused points out, fills report. grid is emptied on the way. formats_tets.c */
