@@ -17,4 +17,18 @@ struct tl_mesh {
     double time;
 };
 
+/* Corners of the face opposite to corner i, in the order that turns its normal out of a positive
+ * tet. */
+extern const uint8_t tli_tet_faces[4][3];
+
+/* Copies the corner positions of a tet into p [4][3]. */
+static inline void tli_tet_corners(const double *xyz, const tl_lidx *tet, double p[4][3])
+{
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++) p[i][k] = xyz[3 * (size_t)tet[i] + (size_t)k];
+}
+
+/* Adds the qualifier that ISO C before C23 does not add to an array of arrays by itself. */
+#define TLI_CORNERS(p) ((const double(*)[3])(p))
+
 #endif

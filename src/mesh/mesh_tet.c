@@ -1,0 +1,151 @@
+/* Single tets: volume, shape, angles, barycentric weights, nearest point. Nothing here decides
+ * topology; whether a tet is flat is asked of the exact predicate. */
+#include "base/base_predicates.h"
+#include "mesh/mesh.h"
+
+#include <math.h>
+
+static void sub(const double a[3], const double b[3], double out[3])
+{
+    for (int k = 0; k < 3; k++) out[k] = a[k] - b[k];
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+double tl_tet_volume(const double p[4][3])
+{
+    return tli_orient3d_approx(p[0], p[1], p[2], p[3]) / 6;
+}
+
+double tl_tet_quality(const double p[4][3])
+{
+    double squares = 0;
+    for (int i = 0; i < 3; i++) {
+        for (int j = i + 1; j < 4; j++) {
+            double edge[3];
+            sub(p[j], p[i], edge);
+            squares += dot(edge, edge);
+        }
+    }
+    if (!(squares > 0)) return 0;
+    double volume = tl_tet_volume(p);
+    double root = cbrt(3 * fabs(volume));
+    return copysign(12 * root * root / squares, volume);
+}
+
+void tl_tet_dihedral(const double p[4][3], double *smallest, double *largest)
+{
+    double normals[4][3];
+    for (int i = 0; i < 4; i++) {
+        const uint8_t *face = tli_tet_faces[i];
+        double a[3], b[3];
+        sub(p[face[1]], p[face[0]], a);
+        sub(p[face[2]], p[face[0]], b);
+        cross(a, b, normals[i]);
+    }
+    double low = INFINITY, high = -INFINITY;
+    for (int i = 0; i < 3; i++) {
+        for (int j = i + 1; j < 4; j++) {
+            double sine[3];
+            cross(normals[i], normals[j], sine);
+            double angle = atan2(sqrt(dot(sine, sine)), -dot(normals[i], normals[j]));
+            low = fmin(low, angle);
+            high = fmax(high, angle);
+        }
+    }
+    *smallest = low;
+    *largest = high;
+}
+
+bool tl_tet_weights(const double p[4][3], const double x[3], double weights[4])
+{
+    if (tli_orient3d(p[0], p[1], p[2], p[3]) == 0) return false;
+    /* Weight i is the volume with x in the place of corner i. Differences are taken to x, so that a
+     * point in the tet has weights of full relative accuracy whatever the origin. */
+    double sum = 0;
+    for (int i = 0; i < 4; i++) {
+        const uint8_t *face = tli_tet_faces[i];
+        weights[i] = tli_orient3d_approx(p[face[0]], p[face[2]], p[face[1]], x);
+        sum += weights[i];
+    }
+    if (sum == 0 || !isfinite(sum)) return false;
+    for (int i = 0; i < 4; i++) weights[i] /= sum;
+    return true;
+}
+
+/* Takes the point with these weights as the nearest if it is nearer than *best (squared). */
+static void offer(const double p[4][3], const double x[3], const double candidate[4], double *best,
+                  double weights[4])
+{
+    double d[3];
+    for (int k = 0; k < 3; k++) {
+        d[k] = candidate[0] * (p[0][k] - x[k]) + candidate[1] * (p[1][k] - x[k]) +
+               candidate[2] * (p[2][k] - x[k]) + candidate[3] * (p[3][k] - x[k]);
+    }
+    double square = dot(d, d);
+    if (!(square < *best)) return;
+    *best = square;
+    for (int i = 0; i < 4; i++) weights[i] = candidate[i];
+}
+
+/* Nearest point of the segment between corners i and j; covers the corners too. */
+static void offer_edge(const double p[4][3], const double x[3], int i, int j, double *best,
+                       double weights[4])
+{
+    double edge[3], to_x[3], candidate[4] = {0, 0, 0, 0};
+    sub(p[j], p[i], edge);
+    sub(x, p[i], to_x);
+    double length = dot(edge, edge);
+    double t = length > 0 ? dot(edge, to_x) / length : 0;
+    t = t > 0 ? (t < 1 ? t : 1) : 0;
+    candidate[i] = 1 - t;
+    candidate[j] = t;
+    offer(p, x, candidate, best, weights);
+}
+
+/* The foot of x on the plane of the face, if it lies inside. A face without area has none: its
+ * edges hold the nearest point. */
+static void offer_face(const double p[4][3], const double x[3], int corner, double *best,
+                       double weights[4])
+{
+    const uint8_t *face = tli_tet_faces[corner];
+    double a[3], b[3], normal[3], to_x[3], part[3], candidate[4] = {0, 0, 0, 0};
+    sub(p[face[1]], p[face[0]], a);
+    sub(p[face[2]], p[face[0]], b);
+    sub(x, p[face[0]], to_x);
+    cross(a, b, normal);
+    double area = dot(normal, normal);
+    if (!(area > 0)) return;
+    cross(to_x, b, part);
+    double u = dot(part, normal) / area;
+    cross(a, to_x, part);
+    double v = dot(part, normal) / area;
+    if (!(u >= 0 && v >= 0 && u + v <= 1)) return;
+    candidate[face[0]] = 1 - u - v;
+    candidate[face[1]] = u;
+    candidate[face[2]] = v;
+    offer(p, x, candidate, best, weights);
+}
+
+double tl_tet_nearest(const double p[4][3], const double x[3], double weights[4])
+{
+    if (tl_tet_weights(p, x, weights) && weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0 &&
+        weights[3] >= 0)
+        return 0;
+    double best = INFINITY;
+    for (int i = 0; i < 4; i++) weights[i] = i == 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = i + 1; j < 4; j++) offer_edge(p, x, i, j, &best, weights);
+    for (int i = 0; i < 4; i++) offer_face(p, x, i, &best, weights);
+    return sqrt(best);
+}
