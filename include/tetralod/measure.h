@@ -10,7 +10,10 @@ extern "C" {
 #endif
 
 /* The field error of one channel, in the channel's unit. Of a vector or tensor: the norm of the
- * difference. */
+ * difference. The copy's value is interpolated in its tet that holds the point (any of them where
+ * it holds the point several times), outside of all tets in the nearest point of the copy; of a
+ * channel on tets it is that tet's value. Vertices of no tet are left out. Infinite where the copy
+ * has no finite value at a point at which the original has one. */
 typedef struct tl_field_error {
     const char *name; /* borrows from the first mesh */
     uint32_t components;
@@ -18,17 +21,22 @@ typedef struct tl_field_error {
     double rms;      /* over the original vertices (tets: over their centroids) */
     double max;      /* over the original vertices (tets: over their centroids) */
     size_t max_at;   /* the vertex (tet) of the maximum */
-    double mean;     /* integral over the original volume by quadrature, divided by it */
+    double mean;     /* integral of the error over the original volume, divided by it: the
+                        4-point Gauss rule (degree 2) on each original tet, weight |V| */
     double range[2]; /* of the original channel; of the norm where it has several components */
-    size_t nonfinite_count; /* original values left out because they are not finite */
+    size_t nonfinite_count; /* original values left out because they are not finite (from the mean:
+                               with their tets) */
 } tl_field_error;
 
-/* How far an isosurface of the copy is from that of the original, in mesh units. */
+/* How far an isosurface of the copy is from that of the original, in mesh units. All distances are
+ * infinite where only one mesh has the surface, and 0 where none has it. */
 typedef struct tl_iso_error {
-    const char *channel;
+    const char *channel; /* borrows from the first mesh */
     double value;
-    double mean;      /* d_M of 3.1.1 */
-    double hausdorff; /* d_H, two-sided, at the samples */
+    double mean;            /* d_M of 3.1.1 */
+    double hausdorff;       /* d_H, two-sided: the largest distance found */
+    double hausdorff_bound; /* d_H is at most this, apart from rounding */
+    double one_sided[2]; /* d_O original to copy, copy to original: the largest distances found */
     double area[2];
     size_t samples;
 } tl_iso_error;
@@ -43,9 +51,10 @@ typedef struct tl_compare_opts {
     const tl_iso_request *isos; /* default NULL. borrowed */
     size_t iso_count;
     bool skip_boundary; /* default false */
-    double
-        sample_step; /* distance of the boundary and isosurface samples in mesh units; default 0:
-                        0.25 % of the diagonal, at least one sample a triangle. Smaller is slower */
+    double sample_step; /* distance of the boundary and isosurface samples in mesh units, at least
+                           0.01 % of the larger diagonal; default 0: 0.25 % of it. No point of a
+                           surface is farther from the next sample; every corner of a triangle is
+                           one. Half the step takes four times the time */
 } tl_compare_opts;
 TL_API tl_compare_opts tl_compare_opts_defaults(void);
 
@@ -53,13 +62,20 @@ typedef struct tl_compare_result {
     tl_field_error *fields; /* [field_count]: channels that both meshes have, by name, place and
                                components */
     size_t field_count;
-    size_t outside_vertices; /* original vertices that no tet of the copy holds: they are projected
-                                to the nearest point of its boundary */
-    double outside_distance; /* the largest distance of such a vertex, mesh units */
-    double boundary_mean;    /* d_M between the boundaries, mesh units */
-    double boundary_hausdorff; /* d_H, two-sided */
-    double boundary_step;      /* the distance of samples used */
-    size_t boundary_samples;   /* on both sides together */
+    size_t outside_vertices;   /* original vertices farther than 1e-9 of the diagonal from every tet
+                                  of the copy: they are projected to its nearest point */
+    double outside_distance;   /* the largest distance of any original vertex from the copy, mesh
+                                  units */
+    double boundary_mean;      /* d_M between the boundaries (3.1.1), mesh units, by the trapezoidal
+                                  rule over the samples */
+    double boundary_hausdorff; /* d_H, two-sided: the largest distance found, at the samples or in
+                                  the search around them */
+    double boundary_hausdorff_bound; /* d_H is at most this, apart from rounding: within 1 % of
+                                        boundary_hausdorff or of the step unless the search was cut
+                                        short */
+    double boundary_one_sided[2];    /* d_O original to copy, copy to original */
+    double boundary_step;            /* the distance of samples used */
+    size_t boundary_samples;         /* on both sides together */
     double volume[2];
     double area[2];
     size_t inverted[2];
