@@ -131,7 +131,8 @@ def run(options):
     sys.stdout.write(out)
     sys.stdout.write(re.sub(r"<\?xml.*?</testsuites>\s*", "", err, flags=re.S))
     for c in cases:
-        print(f"{c['status']:7} {options.name}: {c['name']}" + (f": {c['note']}" if c["note"] else ""))
+        if c["status"] != PASSED:
+            print(f"{c['status']} {options.name}: {c['name']}" + (f": {c['note']}" if c["note"] else ""))
     print(f"{len(cases)} cases in {time.monotonic() - began:.1f} s")
     return any(c["status"] == FAILED for c in cases)
 
