@@ -20,8 +20,11 @@ typedef struct tl_read_opts {
     bool
         cell_to_point; /* default false; true: cell data become point data, volume-weighted means */
     bool has_fill_value; /* default false */
-    double fill_value;  /* vertices that hold it in any channel are missing, and the tets of missing
-                           vertices are cut away. iblank 0 and NaN given as fill value too */
+    /* a vertex that holds it in any component of any channel is missing, as is one with iblank 0,
+     * and the cells of missing vertices are cut away whole, as are cells that hold it themselves
+     * (cell arrays but the one of the regions). May be NaN. Of float32 arrays the nearest float32
+     * counts too */
+    double fill_value;
     bool keep_fill;     /* default false; true: fill values become NaN and their tets stay */
     const char *region; /* name of the cell array that holds the regions; NULL: the first called
                            region, material or block (any case). borrowed */
@@ -58,8 +61,9 @@ typedef struct tl_read_report {
     uint64_t ghost_cells;               /* dropped: vtkGhostType */
     uint64_t blank_cells;               /* cut away: fill value, iblank */
     uint64_t surface_cells;             /* left out: surface, line, point, other cells together */
-    uint64_t turned;           /* tets whose orientation was negative and is now positive */
-    uint64_t inverted;         /* tets that stay negative */
+    uint64_t turned;           /* tets whose orientation was negative and is now positive: cells are
+                                  turned whole, by the sign of their volume */
+    uint64_t inverted;         /* tets that stay negative: parts of folded cells */
     uint64_t degenerate;       /* tets that are exactly flat */
     uint64_t unused_points;    /* points that no tet uses; left out */
     uint64_t nonfinite_values; /* channel values that are NaN or infinite */

@@ -1,0 +1,74 @@
+/* Stage formats, internal: the parts of the conversion of a grid to tets. */
+#ifndef TETRALOD_SRC_FORMATS_TETS_H
+#define TETRALOD_SRC_FORMATS_TETS_H
+
+#include "formats/formats_grid.h"
+#include "formats/formats_split.h"
+
+/* Cells, points or values that a thread takes at once. */
+#define TLI_TETS_GRAIN 32768
+
+/* Marks of a point. */
+#define TLI_POINT_USED 1    /* by a tet */
+#define TLI_POINT_HIDDEN 2  /* vtkGhostType says so */
+#define TLI_POINT_MISSING 4 /* iblank 0 or fill value */
+
+/* Marks of a cell: the number of its tets, or why it has none. */
+#define TLI_CELL_COUNT 7
+#define TLI_CELL_GHOST 16
+#define TLI_CELL_BLANK 32
+
+/* What one thread counts; sums of integers, so the order of the threads can't be seen. */
+typedef struct tli_tally {
+    uint64_t cells[TL_CELL_KIND_COUNT];
+    uint64_t ghosts, blanks, repeated;
+    uint64_t turned, inverted, degenerate;
+    uint64_t nonfinite_tets, nonfinite_values, filled;
+} tli_tally;
+
+/* A conversion on its way. */
+typedef struct tli_tets {
+    tl_ctx *ctx;
+    tli_grid *grid;
+    tl_read_opts opts;
+    tl_read_report report;
+    tli_tally *tallies; /* [threads] */
+    tli_tally sum;
+
+    uint64_t cell_count;
+    uint64_t *block_first; /* [block_count + 1] first cell of each structured block */
+    uint8_t *point_marks;  /* [point_count] */
+    uint8_t *cell_marks;   /* [cell_count] */
+    uint64_t *piece_first; /* [pieces of cells + 1] first tet of each piece */
+
+    tl_lidx *tets; /* [tet_count][4] */
+    size_t tet_count;
+    size_t vert_count;
+    bool one_to_one; /* tet t is cell t */
+    int32_t *regions;
+    char *region_name; /* of the array they come from, for the log */
+} tli_tets;
+
+/* Consumes vtkGhostType, iblank and fill values: marks points and cells. formats_missing.c */
+tl_status tli_tets_mark_missing(tli_tets *t);
+
+/* Fills t->report and says what it counts. formats_tets_report.c */
+void tli_tets_report(tli_tets *t);
+
+/* Fields: everything below is in formats_tets_fields.c. */
+/* Index of the cell array that holds the regions, or -1. */
+tl_status tli_tets_find_region(tli_tets *t, int *index);
+/* Sets t->regions from that array, which stays. */
+tl_status tli_tets_make_regions(tli_tets *t, int index);
+/* Cell data to point data, volume-weighted; all cell arrays but the one of the regions. */
+tl_status tli_tets_average_cells(tli_tets *t, int region_index);
+/* Moves all arrays into the mesh. */
+tl_status tli_tets_hand_over(tli_tets *t, tl_mesh *mesh);
+/* True for a name that means regions in any case: region, material or block, also followed by signs
+ * (Material #) or by id, ids, number, s. */
+bool tli_is_region_name(const char *name);
+
+/* Takes the array out of a list and frees it. */
+void tli_tets_drop_array(tli_tets *t, tl_on on, uint32_t index);
+
+#endif
