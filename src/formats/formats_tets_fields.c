@@ -33,7 +33,7 @@ bool tli_is_region_name(const char *name)
 static bool holds_ids(const tli_grid_array *array)
 {
     for (uint64_t i = 0; i < array->count; i++)
-        if (!tl_scalar_holds(TL_I32, array->values[i])) return false;
+        if (!tl_scalar_holds(TL_I32, array->values[i] + 0.0)) return false; /* -0 is 0 */
     return array->components == 1;
 }
 
@@ -71,7 +71,7 @@ tl_status tli_tets_make_regions(tli_tets *t, int index)
     for (uint64_t cell = 0; cell < t->cell_count; cell++) {
         unsigned count = t->cell_marks[cell] & TLI_CELL_COUNT;
         if (!count) continue;
-        double id = round(array->values[cell]);
+        double id = round(array->values[cell]) + 0.0; /* never -0 */
         if (!tl_scalar_holds(TL_I32, id))
             return tl_fail(t->ctx, TL_ERR_DATA,
                            "cell %llu: '%s' is %g, a region is a 32-bit integer",
