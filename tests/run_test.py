@@ -19,7 +19,7 @@ NOTED = 'echo "${0##*/} $* ($DEBIAN_FRONTEND)" >> "$CALLS"\n'
 
 class Run(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
+        folder = tempfile.TemporaryDirectory(dir="/tmp")  # the test's own folder is closed to nobody
         self.addCleanup(folder.cleanup)
         self.tree = os.path.join(folder.name, "tree")
         self.bin = os.path.join(folder.name, "bin")
