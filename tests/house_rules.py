@@ -214,6 +214,22 @@ def dead_code(root):
     return complaints
 
 
+def unused_functions(root):
+    """Each function that other files can reach has a caller or a test."""
+    declared, mentions = {}, {}
+    for path in files(root, *C_FOLDERS):
+        code = code_of(root, path)
+        if path.endswith(".h"):
+            for found in re.finditer(r"^(?!static|typedef|#|[ }])[^;{}()=]*?\b(tli?_\w+)\s*\(", code, re.M):
+                declared.setdefault(found[1], f"{path}:{line_of(code, found.start(1))}")
+            code = re.sub(r"^(?!static|[ }])[^;{}=#]*;", "", code, flags=re.M)
+        else:
+            code = re.sub(r"^(?!static|#|[ }])[^;{}=]*?(?=\n\{)", "", code, flags=re.M)
+        for name in re.findall(r"\btli?_\w+\b", code):
+            mentions[name] = mentions.get(name, 0) + 1
+    return [f"{where}: {name} has neither caller nor test" for name, where in declared.items() if name not in mentions]
+
+
 # ---- headers, formatting, words around the code ----
 
 def lone_headers(root):

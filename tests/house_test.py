@@ -33,6 +33,9 @@ class ThisTree(unittest.TestCase):
     def test_the_library_is_quiet(self):
         self.keeps(rules.quiet_library(ROOT))
 
+    def test_every_function_is_used(self):
+        self.keeps(rules.unused_functions(ROOT))
+
     def test_no_dead_code(self):
         self.keeps(rules.dead_code(ROOT))
 
@@ -56,7 +59,7 @@ GOOD_TREE = {
     "CMakeLists.txt": "project(tetralod VERSION 1.2.3)\n",
     "README.md": "See [the map](docs/MAP.md) and `src/STAGES`.\n",
     "docs/MAP.md": "A map.\n",
-    "include/tetralod/base.h": "#define TL_VERSION 10203\nint tl_base(void);\n",
+    "include/tetralod/base.h": "#define TL_VERSION 10203\nint tl_base(void);\n#define TL_BASE() tl_base()\n",
     "include/tetralod/mesh.h": '#include "tetralod/base.h"\nint tl_mesh(void);\n',
     "include/tetralod/tetralod.h": '#include "tetralod/mesh.h"\n',
     "src/STAGES": "base\nmesh\ncli\n",
@@ -100,7 +103,7 @@ class DamagedTree(unittest.TestCase):
 
     def test_a_good_tree_gives_no_complaint(self):
         for rule in (rules.stage_folders, rules.includes, rules.file_names, rules.sizes, rules.allocation,
-                     rules.quiet_library, rules.dead_code, rules.lone_headers, rules.doc_links, rules.versions):
+                     rules.quiet_library, rules.unused_functions, rules.dead_code, rules.lone_headers, rules.doc_links, rules.versions):
             self.assertEqual([], rule(self.folder.name), rule.__name__)
 
     def test_an_include_down_the_list(self):
@@ -113,7 +116,7 @@ class DamagedTree(unittest.TestCase):
 
     def test_a_public_header_that_includes_down_the_list(self):
         self.append("include/tetralod/base.h", '#include "tetralod/mesh.h"\n')
-        self.names(rules.includes, "include/tetralod/base.h:3: base includes")
+        self.names(rules.includes, "include/tetralod/base.h:4: base includes")
 
     def test_a_public_header_that_includes_an_internal_one(self):
         self.append("include/tetralod/mesh.h", '#include "base/base.h"\n')
@@ -174,6 +177,11 @@ class DamagedTree(unittest.TestCase):
     def test_the_assert_may_abort(self):
         self.append("src/base/base_memory.c", "void tli_assert_failed(const char *c)\n{\n    abort();\n}\n")
         self.names(rules.quiet_library)
+
+    def test_a_function_that_nobody_calls(self):
+        self.append("src/base/base.h", "void tli_gone(int a,\n              int b);\n")
+        self.append("src/base/base_memory.c", "void tli_gone(int a, int b)\n{\n}\n")
+        self.names(rules.unused_functions, "src/base/base.h:2: tli_gone has neither caller nor test")
 
     def test_code_that_is_switched_off(self):
         self.append("src/mesh/mesh_read.c", "#if 0\n#endif\n/* TO" "DO: more */\n")
