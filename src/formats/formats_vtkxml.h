@@ -124,9 +124,10 @@ tl_status tli_base64_strip(tl_ctx *ctx, tli_span text, uint64_t char_count, cons
 typedef struct tli_vx_unpacker tli_vx_unpacker;
 tl_status tli_vx_unpacker_create(tl_ctx *ctx, tli_vx_packing packing, tli_vx_unpacker **unpacker);
 void tli_vx_unpacker_destroy(tl_ctx *ctx, tli_vx_unpacker *unpacker);
-/* Unpacks a block of exactly block_bytes; NULL, or what is wrong. */
-const char *tli_vx_unpack(tli_vx_unpacker *unpacker, const uint8_t *packed, size_t packed_bytes,
-                          uint8_t *block, size_t block_bytes);
+/* Unpacks a block of exactly block_bytes. TL_ERR_FORMAT sets no message, but *wrong to what is
+ * wrong with the block. */
+tl_status tli_vx_unpack(tli_vx_unpacker *unpacker, const uint8_t *packed, size_t packed_bytes,
+                        uint8_t *block, size_t block_bytes, const char **wrong);
 /* The most bytes that so many packed ones can become. */
 uint64_t tli_vx_unpacked_max(tli_vx_packing packing, uint64_t packed_bytes);
 

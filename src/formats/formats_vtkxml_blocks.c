@@ -20,25 +20,26 @@
 struct tli_vx_unpacker {
     tl_ctx *ctx;
     tli_vx_packing packing;
+    tl_status memory; /* of the requests of the libraries, which know no status */
     z_stream zlib;
     lzma_allocator lzma_memory;
 };
 
-static void *zlib_alloc(void *ctx, uInt count, uInt elem_bytes)
+static void *zlib_alloc(void *unpacker, uInt count, uInt elem_bytes)
 {
-    tl_status st = TL_OK;
-    return tl_mem_alloc(ctx, count, elem_bytes, &st);
+    tli_vx_unpacker *u = unpacker;
+    return tl_mem_alloc(u->ctx, count, elem_bytes, &u->memory);
 }
 
-static void *lzma_alloc(void *ctx, size_t count, size_t elem_bytes)
+static void *lzma_alloc(void *unpacker, size_t count, size_t elem_bytes)
 {
-    tl_status st = TL_OK;
-    return tl_mem_alloc(ctx, count, elem_bytes, &st);
+    tli_vx_unpacker *u = unpacker;
+    return tl_mem_alloc(u->ctx, count, elem_bytes, &u->memory);
 }
 
-static void library_free(void *ctx, void *block)
+static void library_free(void *unpacker, void *block)
 {
-    tl_mem_free(ctx, block);
+    tl_mem_free(((tli_vx_unpacker *)unpacker)->ctx, block);
 }
 
 tl_status tli_vx_unpacker_create(tl_ctx *ctx, tli_vx_packing packing, tli_vx_unpacker **unpacker)
@@ -48,13 +49,14 @@ tl_status tli_vx_unpacker_create(tl_ctx *ctx, tli_vx_packing packing, tli_vx_unp
     if (st) return st;
     made->ctx = ctx;
     made->packing = packing;
-    made->lzma_memory = (lzma_allocator){lzma_alloc, library_free, ctx};
+    made->lzma_memory = (lzma_allocator){lzma_alloc, library_free, made};
     made->zlib.zalloc = zlib_alloc;
     made->zlib.zfree = library_free;
-    made->zlib.opaque = ctx;
+    made->zlib.opaque = made;
     if (packing == TLI_VX_ZLIB && inflateInit(&made->zlib) != Z_OK) {
+        st = made->memory ? made->memory : tl_fail(ctx, TL_ERR_MEMORY, "zlib can't be started");
         tl_mem_free(ctx, made);
-        return tl_fail(ctx, TL_ERR_MEMORY, "no memory for the state of zlib");
+        return st;
     }
     *unpacker = made;
     return TL_OK;
@@ -86,7 +88,6 @@ static const char *unpack_zlib(z_stream *z, const uint8_t *packed, size_t packed
         out_left -= out_part - z->avail_out;
         if (is_last && result == Z_OK) result = Z_BUF_ERROR;
     }
-    if (result == Z_MEM_ERROR) return "no memory for zlib";
     if (result != Z_STREAM_END)
         return result == Z_BUF_ERROR ? "its zlib stream is too long or too short"
                                      : "its zlib stream is damaged";
@@ -110,25 +111,27 @@ static const char *unpack_lzma(const lzma_allocator *memory, const uint8_t *pack
     size_t in_at = 0, out_at = 0;
     lzma_ret result = lzma_stream_buffer_decode(&limit, 0, memory, packed, &in_at, packed_bytes,
                                                 block, &out_at, block_bytes);
-    if (result == LZMA_MEM_ERROR) return "no memory for LZMA";
     if (result == LZMA_MEMLIMIT_ERROR) return "its LZMA dictionary passes 96 MiB";
     if (result != LZMA_OK) return "its LZMA stream is damaged";
     return out_at == block_bytes ? NULL : "its LZMA stream ends too early";
 }
 
-const char *tli_vx_unpack(tli_vx_unpacker *unpacker, const uint8_t *packed, size_t packed_bytes,
-                          uint8_t *block, size_t block_bytes)
+tl_status tli_vx_unpack(tli_vx_unpacker *unpacker, const uint8_t *packed, size_t packed_bytes,
+                        uint8_t *block, size_t block_bytes, const char **wrong)
 {
-    if (block_bytes == 0) return NULL;
+    *wrong = NULL;
+    if (block_bytes == 0) return TL_OK;
     switch (unpacker->packing) {
-    case TLI_VX_ZLIB: return unpack_zlib(&unpacker->zlib, packed, packed_bytes, block, block_bytes);
-    case TLI_VX_LZ4: return unpack_lz4(packed, packed_bytes, block, block_bytes);
+    case TLI_VX_ZLIB:
+        *wrong = unpack_zlib(&unpacker->zlib, packed, packed_bytes, block, block_bytes);
+        break;
+    case TLI_VX_LZ4: *wrong = unpack_lz4(packed, packed_bytes, block, block_bytes); break;
     case TLI_VX_LZMA:
-        return unpack_lzma(&unpacker->lzma_memory, packed, packed_bytes, block, block_bytes);
-    case TLI_VX_PLAIN: break;
+        *wrong = unpack_lzma(&unpacker->lzma_memory, packed, packed_bytes, block, block_bytes);
+        break;
+    case TLI_VX_PLAIN: TL_ASSERT(!"a packing without blocks");
     }
-    TL_ASSERT(!"a packing without blocks");
-    return "";
+    return unpacker->memory ? unpacker->memory : *wrong ? TL_ERR_FORMAT : TL_OK;
 }
 
 uint64_t tli_vx_unpacked_max(tli_vx_packing packing, uint64_t packed_bytes)

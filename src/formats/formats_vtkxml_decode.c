@@ -29,7 +29,7 @@ static tl_status fail_array(const read_job *job, const char *what, uint64_t wher
 {
     char label[128];
     tli_vx_label(job->array, label, sizeof label);
-    return tl_fail(job->file->ctx, TL_ERR_FORMAT, "array %s: %s %llu %s", label, what,
+    return tl_fail(job->file->ctx, TL_ERR_FORMAT, "array %s: %s %llu: %s", label, what,
                    (unsigned long long)where, more);
 }
 
@@ -179,7 +179,8 @@ static const char *read_f64(const char *at, const char *end, tl_scalar scalar, d
         else
             after = tli_number_f64(at, end, value);
     }
-    return after ? after : read_odd_number(at, end, value);
+    bool is_odd = !after || (after < end && *after == '#');
+    return is_odd ? read_odd_number(at, end, value) : after;
 }
 
 static tl_status fail_word(const read_job *job, const char *at, const char *end)
@@ -261,7 +262,7 @@ static tl_status read_plain_values(void *arg, size_t begin, size_t end, unsigned
         uint64_t from = job->skip_bytes + (uint64_t)i * width; /* in bytes of the run */
         size_t lead = (size_t)(from % 3);
         if (!tli_base64_decode(job->base64 + from / 3 * 4, lead + part * width, group))
-            return fail_array(job, "values from", i, "on are not base64");
+            return fail_array(job, "value", i, "it or one of the next is not base64");
         st = store(job, i, group + lead, part);
     }
     return st;
@@ -296,10 +297,11 @@ static tl_status unpack_block(const read_job *job, uint64_t b, uint8_t *bytes, u
     const tli_vx_array *array = job->array;
     uint64_t place = array->marks[b], block_bytes = array->block_bytes;
     if (b + 2 == array->mark_count) block_bytes = array->byte_count - b * array->block_bytes;
-    const char *wrong =
+    const char *wrong;
+    tl_status st =
         tli_vx_unpack(job->unpackers[worker], job->bytes + place,
-                      (size_t)(array->marks[b + 1] - place), bytes, (size_t)block_bytes);
-    return wrong ? fail_array(job, "block", b, wrong) : TL_OK;
+                      (size_t)(array->marks[b + 1] - place), bytes, (size_t)block_bytes, &wrong);
+    return st == TL_ERR_FORMAT ? fail_array(job, "block", b, wrong) : st;
 }
 
 /* Blocks that hold whole numbers: each goes its way without waiting for the others. */
@@ -334,7 +336,7 @@ static tl_status decode_packed_base64(void *arg, size_t begin, size_t end, unsig
     (void)worker;
     if (tli_base64_decode(job->base64 + begin / 3 * 4, end - begin, job->decoded + begin))
         return TL_OK;
-    return fail_array(job, "packed bytes from", begin, "on are not base64");
+    return fail_array(job, "packed byte", begin, "it or one of the next is not base64");
 }
 
 /* The packed bytes: those of the file, or decoded from base64 into *owned. */
