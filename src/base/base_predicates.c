@@ -48,10 +48,12 @@ static inline double product_tail(double a, double b, double head)
 
 /* ---- expansions: components in rising magnitude, no zeros; a count of 0 is the number 0 ---- */
 
+/* A component that is no number is left out like a zero: input that is not finite, or overflows,
+ * gives some sign, and counts stay what the arrays are made for. */
 static inline int append(double *out, int count, double component)
 {
     out[count] = component;
-    return count + (component != 0);
+    return count + (component < 0 || component > 0);
 }
 
 /* out = a * b, at most PRODUCT_MAX components. */
