@@ -28,6 +28,23 @@ static inline void tli_tet_corners(const double *xyz, const tl_lidx *tet, double
         for (int k = 0; k < 3; k++) p[i][k] = xyz[3 * (size_t)tet[i] + (size_t)k];
 }
 
+/* Six times the volumes with x in the place of corner i, rounded. Their signs are hints only. */
+static inline void tli_tet_parts(const double p[4][3], const double x[3], double parts[4])
+{
+    double q[4][3], c01[3], c23[3];
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++) q[i][k] = p[i][k] - x[k];
+    for (int k = 0; k < 3; k++) {
+        int l = (k + 1) % 3, m = (k + 2) % 3;
+        c01[k] = q[0][l] * q[1][m] - q[0][m] * q[1][l];
+        c23[k] = q[2][l] * q[3][m] - q[2][m] * q[3][l];
+    }
+    parts[0] = q[1][0] * c23[0] + q[1][1] * c23[1] + q[1][2] * c23[2];
+    parts[1] = -(q[0][0] * c23[0] + q[0][1] * c23[1] + q[0][2] * c23[2]);
+    parts[2] = q[3][0] * c01[0] + q[3][1] * c01[1] + q[3][2] * c01[2];
+    parts[3] = -(q[2][0] * c01[0] + q[2][1] * c01[1] + q[2][2] * c01[2]);
+}
+
 /* Adds the qualifier that ISO C before C23 does not add to an array of arrays by itself. */
 #define TLI_CORNERS(p) ((const double(*)[3])(p))
 

@@ -11,7 +11,7 @@
 #include <string.h>
 
 /* Faces a range is meant to hold; its table takes up to 64 bytes for each. */
-#define RANGE_FACES 4096
+#define RANGE_FACES 2048
 /* Tets are fetched this far ahead of their turn: in a mesh in random order each is a cache miss. */
 #define PREFETCH_TETS 12
 /* Tets looked at for open faces at a time; a multiple of 8. */
@@ -196,7 +196,11 @@ static tl_status match_range(matching *m, size_t range, table *own)
     slot *slots = own->slots;
     memset(slots, 0xff, slot_count * sizeof *slots); /* SLOT_EMPTY */
     for (size_t i = 0; i < entry_count; i++) {
-        if (i + PREFETCH_TETS < entry_count) PREFETCH(m->tets + (entries[i + PREFETCH_TETS] & ~3u));
+        if (i + PREFETCH_TETS < entry_count) {
+            size_t soon = entries[i + PREFETCH_TETS] & ~3u;
+            PREFETCH(m->tets + soon);
+            if (m->opposite) PREFETCH(m->opposite + soon);
+        }
         if (m->opposite)
             add_tet(m, slots, slot_count - 1, entries[i], true);
         else

@@ -70,14 +70,10 @@ void tl_tet_dihedral(const double p[4][3], double *smallest, double *largest)
 bool tl_tet_weights(const double p[4][3], const double x[3], double weights[4])
 {
     if (tli_orient3d(p[0], p[1], p[2], p[3]) == 0) return false;
-    /* Weight i is the volume with x in the place of corner i. Differences are taken to x, so that a
-     * point in the tet has weights of full relative accuracy whatever the origin. */
-    double sum = 0;
-    for (int i = 0; i < 4; i++) {
-        const uint8_t *face = tli_tet_faces[i];
-        weights[i] = tli_orient3d_approx(p[face[0]], p[face[2]], p[face[1]], x);
-        sum += weights[i];
-    }
+    /* Differences are taken to x, so that a point in the tet has weights of full relative accuracy
+     * wherever the origin is. */
+    tli_tet_parts(p, x, weights);
+    double sum = weights[0] + weights[1] + weights[2] + weights[3];
     if (sum == 0 || !isfinite(sum)) return false;
     for (int i = 0; i < 4; i++) weights[i] /= sum;
     return true;
@@ -130,8 +126,9 @@ static void offer_face(const double p[4][3], const double x[3], int corner, doub
     double u = dot(part, normal) / area;
     cross(a, to_x, part);
     double v = dot(part, normal) / area;
-    if (!(u >= 0 && v >= 0 && u + v <= 1)) return;
-    candidate[face[0]] = 1 - u - v;
+    double rest = 1 - u - v;
+    if (!(u >= 0 && v >= 0 && rest >= 0)) return;
+    candidate[face[0]] = rest;
     candidate[face[1]] = u;
     candidate[face[2]] = v;
     offer(p, x, candidate, best, weights);
