@@ -71,8 +71,8 @@ typedef struct tl_compare_result {
     double boundary_hausdorff; /* d_H, two-sided: the largest distance found, at the samples or in
                                   the search around them */
     double boundary_hausdorff_bound; /* d_H is at most this, apart from rounding: within 1 % of
-                                        boundary_hausdorff or of the step unless the search was cut
-                                        short */
+                                        boundary_hausdorff or 0.1 % of the step unless the search
+                                        was cut short */
     double boundary_one_sided[2];    /* d_O original to copy, copy to original */
     double boundary_step;            /* the distance of samples used */
     size_t boundary_samples;         /* on both sides together */

@@ -3,6 +3,8 @@
 #ifndef TETRALOD_SRC_MEASURE_H
 #define TETRALOD_SRC_MEASURE_H
 
+#include <math.h>
+
 #include "base/base.h"
 #include "mesh/mesh.h"
 #include "tetralod/measure.h"
@@ -62,6 +64,8 @@ tl_status tli_locate_vertices(tl_ctx *ctx, const tl_mesh *original, const tl_mes
                               const tl_lidx *hints, tl_lidx *tets, double (*weights)[4],
                               double *outside_distance);
 
+/* ---- runs (measure_run.c) ---- */
+
 /* tli_parallel over [0, item_count) in some twenty steps, with a report of progress before each and
  * at the end. Pieces are the same as in one call, so begin / grain numbers them. */
 tl_status tli_measure_run(tl_ctx *ctx, const char *stage, size_t item_count, size_t grain,
@@ -119,6 +123,16 @@ typedef struct tli_surface_error {
     size_t samples;
 } tli_surface_error;
 
+/* The distance that rounding alone may put a computed point off a surface, mesh units. Distances up
+ * to this are taken for 0, so that identical surfaces are exactly that. */
+double tli_surface_rounding(const tli_surface *a, const tli_surface *b);
+/* A squared distance to a distance. */
+static inline double tli_surface_distance(double distance2, double rounding)
+{
+    double distance = sqrt(distance2);
+    return distance > rounding ? distance : 0;
+}
+
 /* Both ways between two surfaces, with samples at most step apart. Progress is reported as stage.
  */
 tl_status tli_surface_compare(tl_ctx *ctx, const char *stage, const tli_surface *a,
@@ -134,6 +148,7 @@ typedef struct tli_bound_query {
     double found;              /* largest distance known before */
     double tolerance;          /* gap that is accepted, mesh units */
     double tolerance_relative; /* the same, of the largest distance found */
+    double rounding;           /* distances up to this are 0: see tli_surface_rounding */
     unsigned split_max;
 } tli_bound_query;
 /* *found: largest distance found in this triangle, at least query->found; *bound: no point of the

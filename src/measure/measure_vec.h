@@ -1,0 +1,30 @@
+/* Stage measure, internal: vectors of three numbers. */
+#ifndef TETRALOD_SRC_MEASURE_VEC_H
+#define TETRALOD_SRC_MEASURE_VEC_H
+
+#include <math.h>
+
+static inline double vec_dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline double vec_length(const double a[3])
+{
+    return sqrt(vec_dot(a, a));
+}
+
+/* out = a - b */
+static inline void vec_sub(const double a[3], const double b[3], double out[3])
+{
+    for (int k = 0; k < 3; k++) out[k] = a[k] - b[k];
+}
+
+static inline void vec_cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+#endif
