@@ -92,6 +92,9 @@ static void test_zero_filled(void **state)
 static void test_zero_pages_are_cheap(void **state)
 {
     (void)state;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    CHECK_SKIP("the sanitizer's allocator touches every page");
+#endif
     tl_ctx *ctx = ctx_create(0, NULL, 1);
     tl_status st = TL_OK;
     double start = tli_clock_s();
