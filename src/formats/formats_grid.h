@@ -71,8 +71,6 @@ tl_status tli_grid_to_mesh(tli_grid *grid, const tl_read_opts *opts, tl_mesh **m
  * grid; on failure the caller releases it. */
 tl_status tli_read_vtk_xml(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid);
 tl_status tli_read_vtk_legacy(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid);
-/* True if a binary file has the exact size of a PLOT3D grid; text is never taken for one. */
-bool tli_plot3d_probe(const tli_map *map);
 tl_status tli_read_plot3d(tl_ctx *ctx, const tli_map *map, const char *path,
                           const tl_read_opts *opts, tli_grid *grid);
 tl_status tli_read_raw(tl_ctx *ctx, const tli_map *map, const char *path, const tl_read_opts *opts,

@@ -287,14 +287,6 @@ static bool fits_solution(const source *from, const layout *as, const header *he
     return true;
 }
 
-bool tli_plot3d_probe(const tli_map *map)
-{
-    const source from = {.bytes = map->bytes, .size = map->byte_count};
-    layout as = {0};
-    header head = {0};
-    return !is_text(map) && find_layout(&from, false, fits_grid, NULL, &as, &head);
-}
-
 /* Moves over the length of a Fortran record, which must be the one expected. */
 static tl_status take_mark(tl_ctx *ctx, const source *from, const layout *as, uint64_t expected,
                            uint64_t *at)

@@ -1,0 +1,90 @@
+/* What the fuzz targets of the readers share: a context with a small budget, and a look at the grid
+ * that a reader hands on. A broken promise ends the program. */
+#ifndef TETRALOD_FUZZ_GRID_H
+#define TETRALOD_FUZZ_GRID_H
+
+#include "formats/formats_grid.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#define FUZZ_BUDGET_BYTES ((size_t)16 << 20)
+
+#define FUZZ_CHECK(condition)                                                                      \
+    do {                                                                                           \
+        if (!(condition)) {                                                                        \
+            fprintf(stderr, "%s:%d: not true: %s\n", __FILE__, __LINE__, #condition);              \
+            abort();                                                                               \
+        }                                                                                          \
+    } while (0)
+
+static inline tl_ctx *fuzz_ctx_create(void)
+{
+    tl_ctx *ctx;
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.budget_bytes = FUZZ_BUDGET_BYTES;
+    opts.thread_count = 1;
+    FUZZ_CHECK(tl_ctx_create(&opts, &ctx) == TL_OK);
+    return ctx;
+}
+
+static inline double fuzz_sum(const double *values, uint64_t count)
+{
+    double sum = 0;
+    for (uint64_t i = 0; i < count; i++) sum += values[i];
+    return sum;
+}
+
+static inline void fuzz_check_cells(const tli_grid *grid)
+{
+    if (grid->block_count || !grid->cell_count) return;
+    const uint64_t count = grid->cell_count;
+    FUZZ_CHECK(grid->connectivity);
+    FUZZ_CHECK(!grid->types || (grid->offsets && grid->offsets[0] == 0));
+    for (uint64_t cell = 0; grid->offsets && cell < count; cell++)
+        FUZZ_CHECK(grid->offsets[cell] <= grid->offsets[cell + 1]);
+    const uint64_t indices = grid->offsets ? grid->offsets[count] : 4 * count;
+    for (uint64_t i = 0; i < indices; i++) FUZZ_CHECK(grid->connectivity[i] < grid->point_count);
+}
+
+/* Reads every number, so that a sanitizer sees blocks that are too short or never written. */
+static inline void fuzz_check_grid(const tli_grid *grid)
+{
+    uint64_t points = 0;
+    double sum = fuzz_sum(grid->xyz, 3 * grid->point_count);
+    for (uint32_t b = 0; b < grid->block_count; b++) {
+        const tli_grid_block *block = &grid->blocks[b];
+        FUZZ_CHECK(block->first_point == points);
+        points += (uint64_t)block->dims[0] * block->dims[1] * block->dims[2];
+    }
+    FUZZ_CHECK(!grid->block_count || points == grid->point_count);
+    fuzz_check_cells(grid);
+    for (uint64_t i = 0; grid->blanks && i < grid->point_count; i++) sum += grid->blanks[i];
+    for (uint32_t i = 0; i < grid->point_array_count; i++) {
+        const tli_grid_array *array = &grid->point_arrays[i];
+        FUZZ_CHECK(array->name && array->components && array->count == grid->point_count);
+        sum += fuzz_sum(array->values, array->count * array->components);
+    }
+    for (uint32_t i = 0; i < grid->cell_array_count; i++) {
+        const tli_grid_array *array = &grid->cell_arrays[i];
+        FUZZ_CHECK(array->name && array->components && array->count == tli_grid_cell_count(grid));
+        sum += fuzz_sum(array->values, array->count * array->components);
+    }
+    static volatile double sink;
+    sink = sum;
+    (void)sink;
+}
+
+/* Looks at what a reader gave, releases it and the context; nothing may stay behind. */
+static inline void fuzz_finish(tl_ctx *ctx, tl_status status, tli_grid *grid)
+{
+    if (!status)
+        fuzz_check_grid(grid);
+    else
+        FUZZ_CHECK(tl_ctx_message(ctx)[0]);
+    tli_grid_release(grid);
+    FUZZ_CHECK(tl_ctx_current_bytes(ctx) == 0);
+    tl_ctx_destroy(ctx);
+}
+
+#endif
