@@ -127,9 +127,10 @@ static tl_status read_inline(tli_vx_file *file, tli_xml *xml, const tli_xml_toke
     tli_xml_token token;
     bool inside;
     tl_status st;
+    *text = (tli_span){"", 0};
     while (!(st = next_inside(xml, tag, &token, &inside)) && inside) {
         if (token.kind == TLI_XML_TEXT) {
-            if (text->text)
+            if (text->bytes)
                 return fail_at(file, token.ofs, "the text of an array in two parts, expected one");
             *text = token.text;
         } else if ((st = tli_xml_skip(xml, &token))) {
@@ -154,8 +155,8 @@ static bool is_later_step(const tli_xml_token *tag)
 static tl_status read_array(tli_vx_file *file, tli_xml *xml, const tli_xml_token *tag,
                             tli_vx_section section)
 {
-    tli_span type, components, text = {NULL, 0};
-    tli_vx_array array = {.section = section, .ofs = tag->ofs};
+    tli_span type, components, text;
+    tli_vx_array array = {.section = section, .ofs = tag->ofs, .name = {"", 0}};
     tli_xml_attribute(tag, "Name", &array.name);
     char label[128];
     tli_vx_label(&array, label, sizeof label);
