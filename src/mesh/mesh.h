@@ -45,6 +45,23 @@ static inline void tli_tet_parts(const double p[4][3], const double x[3], double
     parts[3] = -(q[2][0] * c01[0] + q[2][1] * c01[1] + q[2][2] * c01[2]);
 }
 
+/* An angle in [0, pi] by a positive multiple of its sine and cosine: compared without a call. */
+typedef struct tli_angle {
+    double sine, cosine;
+} tli_angle;
+
+static inline bool tli_angle_less(tli_angle a, tli_angle b)
+{
+    return a.sine * b.cosine < b.sine * a.cosine;
+}
+
+/* Volume, mean ratio and extreme dihedral angles of a tet at once. */
+typedef struct tli_tet_shape {
+    double volume, quality;
+    tli_angle smallest, largest;
+} tli_tet_shape;
+void tli_tet_measure(const double p[4][3], tli_tet_shape *shape);
+
 /* Adds the qualifier that ISO C before C23 does not add to an array of arrays by itself. */
 #define TLI_CORNERS(p) ((const double(*)[3])(p))
 

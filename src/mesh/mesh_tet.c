@@ -27,25 +27,12 @@ double tl_tet_volume(const double p[4][3])
     return tli_orient3d_approx(p[0], p[1], p[2], p[3]) / 6;
 }
 
-double tl_tet_quality(const double p[4][3])
+/* By its six edges: the faces i and j meet in the edge between the other two corners, and the cross
+ * product of their normals is that edge times six volumes. */
+void tli_tet_measure(const double p[4][3], tli_tet_shape *shape)
 {
-    double squares = 0;
-    for (int i = 0; i < 3; i++) {
-        for (int j = i + 1; j < 4; j++) {
-            double edge[3];
-            sub(p[j], p[i], edge);
-            squares += dot(edge, edge);
-        }
-    }
-    if (!(squares > 0)) return 0;
-    double volume = tl_tet_volume(p);
-    double root = cbrt(3 * fabs(volume));
-    return copysign(12 * root * root / squares, volume);
-}
-
-void tl_tet_dihedral(const double p[4][3], double *smallest, double *largest)
-{
-    double normals[4][3];
+    double normals[4][3], squares = 0;
+    shape->volume = tl_tet_volume(p);
     for (int i = 0; i < 4; i++) {
         const uint8_t *face = tli_tet_faces[i];
         double a[3], b[3];
@@ -53,18 +40,37 @@ void tl_tet_dihedral(const double p[4][3], double *smallest, double *largest)
         sub(p[face[2]], p[face[0]], b);
         cross(a, b, normals[i]);
     }
-    double low = INFINITY, high = -INFINITY;
     for (int i = 0; i < 3; i++) {
         for (int j = i + 1; j < 4; j++) {
-            double sine[3];
-            cross(normals[i], normals[j], sine);
-            double angle = atan2(sqrt(dot(sine, sine)), -dot(normals[i], normals[j]));
-            low = fmin(low, angle);
-            high = fmax(high, angle);
+            double edge[3];
+            int k = i == 0 ? (j == 1 ? 2 : 1) : 0, l = 6 - i - j - k;
+            sub(p[l], p[k], edge);
+            double square = dot(edge, edge);
+            squares += square;
+            tli_angle angle = {6 * fabs(shape->volume) * sqrt(square),
+                               -dot(normals[i], normals[j])};
+            bool is_first = i == 0 && j == 1;
+            if (is_first || tli_angle_less(angle, shape->smallest)) shape->smallest = angle;
+            if (is_first || tli_angle_less(shape->largest, angle)) shape->largest = angle;
         }
     }
-    *smallest = low;
-    *largest = high;
+    double root = cbrt(3 * fabs(shape->volume));
+    shape->quality = squares > 0 ? copysign(12 * root * root / squares, shape->volume) : 0;
+}
+
+double tl_tet_quality(const double p[4][3])
+{
+    tli_tet_shape shape;
+    tli_tet_measure(p, &shape);
+    return shape.quality;
+}
+
+void tl_tet_dihedral(const double p[4][3], double *smallest, double *largest)
+{
+    tli_tet_shape shape;
+    tli_tet_measure(p, &shape);
+    *smallest = atan2(shape.smallest.sine, shape.smallest.cosine);
+    *largest = atan2(shape.largest.sine, shape.largest.cosine);
 }
 
 bool tl_tet_weights(const double p[4][3], const double x[3], double weights[4])
