@@ -116,8 +116,8 @@ static void nudge(double *x)
         *x = steps * 0x1p-53;
         return;
     }
-    for (; steps > 0; steps--) *x = nextafter(*x, INFINITY);
-    for (; steps < 0; steps++) *x = nextafter(*x, -INFINITY);
+    for (; steps > 0; steps--) *x = nextafter(*x, HUGE_VAL);
+    for (; steps < 0; steps++) *x = nextafter(*x, -HUGE_VAL);
 }
 
 typedef enum shape {

@@ -207,9 +207,12 @@ static void test_hilbert_odd_input(void **state)
 {
     (void)state;
     tl_ctx *ctx = ctx_create(2);
-    const double odd[][3] = {{NAN, 0, 0},       {1e308, 1e308, -1e308},
-                             {0, INFINITY, 0},  {-1e308, -1e308, 1e308},
-                             {0, 0, -INFINITY}, {0, 0, 0},
+    const double odd[][3] = {{(double)NAN, 0, 0},
+                             {1e308, 1e308, -1e308},
+                             {0, HUGE_VAL, 0},
+                             {-1e308, -1e308, 1e308},
+                             {0, 0, -HUGE_VAL},
+                             {0, 0, 0},
                              {0, 0, 0}};
     uint32_t order[7];
     CHECK_OK(ctx, tli_sort_hilbert(ctx, odd[0], 7, order));
@@ -240,7 +243,7 @@ static void test_prints_times(void **state)
     double(*xyz)[3] = malloc(COUNT * sizeof *xyz);
     uint32_t *order = malloc(COUNT * sizeof *order);
     uint64_t *keys = malloc(COUNT * sizeof *keys);
-    double best_order = INFINITY, best_sort = INFINITY;
+    double best_order = HUGE_VAL, best_sort = HUGE_VAL;
     for (size_t i = 0; i < COUNT * (size_t)3; i++) xyz[i / 3][i % 3] = (double)random_u64();
     for (int run = 0; run < 4; run++) {
         double start = tli_clock_s();

@@ -124,7 +124,7 @@ static void set_scale(hilbert_job *job, unsigned worker_count)
 {
     double extent = 0;
     for (int k = 0; k < 3; k++) {
-        double low = INFINITY, high = -INFINITY;
+        double low = HUGE_VAL, high = -HUGE_VAL;
         for (unsigned w = 0; w < worker_count; w++) {
             low = fmin(low, job->boxes[w][k]);
             high = fmax(high, job->boxes[w][3 + k]);
@@ -168,7 +168,7 @@ tl_status tli_sort_hilbert(tl_ctx *ctx, const double *xyz, size_t vert_count, ui
     if (!st) {
         *job = (hilbert_job){.xyz = xyz, .keys = keys, .order = order, .boxes = boxes};
         for (unsigned w = 0; w < worker_count; w++)
-            for (int k = 0; k < 6; k++) boxes[w][k] = k < 3 ? INFINITY : -INFINITY;
+            for (int k = 0; k < 6; k++) boxes[w][k] = k < 3 ? HUGE_VAL : -HUGE_VAL;
         build_steps(job->steps);
         st = tli_parallel(ctx, vert_count, GRAIN, measure_box, job);
     }

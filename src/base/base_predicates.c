@@ -159,7 +159,7 @@ static bool subtract(const double p[3], const double origin[3], double out[3])
 int tli_orient3d_exact(const double a[3], const double b[3], const double c[3], const double d[3])
 {
     double ab[3], ac[3], ad[3], sum[MINOR4_MAX + 1];
-    bool exact = subtract(b, a, ab) & subtract(c, a, ac) & subtract(d, a, ad);
+    bool exact = subtract(b, a, ab) && subtract(c, a, ac) && subtract(d, a, ad);
     int count = exact ? minor3(ab, ac, ad, sum) : minor4(a, b, c, d, sum);
     return sign_of(sum, count);
 }
@@ -186,7 +186,8 @@ static int insphere_exact(const double a[3], const double b[3], const double c[3
                           const double d[3], const double e[3])
 {
     double ea[3], eb[3], ec[3], ed[3], minor[MINOR4_MAX + 1];
-    bool exact = subtract(a, e, ea) & subtract(b, e, eb) & subtract(c, e, ec) & subtract(d, e, ed);
+    bool exact =
+        subtract(a, e, ea) && subtract(b, e, eb) && subtract(c, e, ec) && subtract(d, e, ed);
     total t;
     t.count = t.now = 0;
     if (exact) {

@@ -23,6 +23,8 @@
 #define TEMP_TRIES 100
 #define PROC_FD_BYTES 40
 
+_Static_assert(sizeof(off_t) == 8, "offsets over 4 GiB; _FILE_OFFSET_BITS=64 is missing");
+
 struct tli_sink {
     tl_ctx *ctx;
     char *path;      /* as the caller gave it, for messages */
