@@ -1,5 +1,5 @@
-/* VTK XML files: any bytes end in a status, within the budget, and leave nothing behind. What is read
- * keeps the promises of a grid. */
+/* VTK XML files: any bytes end in a status, within the budget, and leave nothing behind. What is
+ * read keeps the promises of a grid. */
 #include <stdlib.h>
 
 #include "formats/formats_grid.h"

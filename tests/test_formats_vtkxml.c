@@ -256,6 +256,106 @@ static void takes_quirks(void **state)
     tli_grid_release(&grid);
 }
 
+static bool stop_at_once(void *user, const char *stage, uint64_t done, uint64_t total)
+{
+    (void)user;
+    assert_string_equal(stage, "read");
+    return done > total;
+}
+
+static void can_be_cancelled(void **state)
+{
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    xml_mode mode = {.coding = XML_ASCII};
+    xml_text t = xml_make_unstructured(&mode, 1);
+    tl_ctx *c;
+    tli_grid grid;
+    (void)state;
+    opts.progress = stop_at_once;
+    CHECK_STATUS(tl_ctx_create(&opts, &c), TL_OK);
+    CHECK_STATUS(read_bytes(c, t.text, t.bytes, &grid), TL_ERR_CANCELLED);
+    CHECK_EQ(tl_ctx_current_bytes(c), 0);
+    tl_ctx_destroy(c);
+    free(t.text);
+}
+
+static void collect_log(void *user, tl_log_level level, const char *text)
+{
+    char *lines = user;
+    CHECK(strlen(lines) + strlen(text) < 4000);
+    sprintf(lines + strlen(lines), "%d %s\n", (int)level, text);
+}
+
+/* What is left out is said. */
+static void says_what_it_leaves_out(void **state)
+{
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    char lines[4096] = "";
+    tl_ctx *c;
+    tli_grid grid;
+    (void)state;
+    opts.log = collect_log;
+    opts.user = lines;
+    CHECK_STATUS(tl_ctx_create(&opts, &c), TL_OK);
+    const char *text = "<VTKFile type='UnstructuredGrid'><UnstructuredGrid><FieldData>"
+                       "<DataArray type='Int8' Name='f'>1</DataArray></FieldData>"
+                       "<Piece NumberOfPoints='2' NumberOfCells='1'><PointData>"
+                       "<DataArray type='Int8' Name='long'>1 2 3</DataArray>"
+                       "<DataArray type='Int8' Name='alone'>1 2</DataArray>"
+                       "<Array type='String' Name='words'/></PointData>"
+                       "<Points><DataArray type='Int8'>0 0 0 1 1 1</DataArray></Points>"
+                       "<Cells><DataArray type='Int8' Name='connectivity'>0 1 1</DataArray>"
+                       "<DataArray type='Int8' Name='offsets'>2</DataArray>"
+                       "<DataArray type='Int8' Name='types'>3</DataArray>"
+                       "<DataArray type='Int8' Name='faces'>3</DataArray></Cells></Piece>"
+                       "<Piece NumberOfPoints='1' NumberOfCells='0'><PointData>"
+                       "<DataArray type='Int8' Name='long'>9</DataArray></PointData>"
+                       "<Points><DataArray type='Int8'>0 0 0</DataArray></Points></Piece>"
+                       "</UnstructuredGrid></VTKFile>";
+    CHECK_OK(c, read_bytes(c, text, strlen(text), &grid));
+    CHECK_EQ(grid.point_array_count, 1);
+    CHECK_NEAR(grid.point_arrays[0].values[2], 9, 0);
+    static const char *const parts[] = {
+        "2 1 arrays of field data left out",
+        "1 array 'long' at byte 174 has 3 values, only the first 2 are read",
+        "2 array 'words' at byte 277 left out: it holds no numbers",
+        "left out: piece 2 lacks it",
+        "2 faces of polyhedra left out",
+        "1 piece 1: connectivity has 3 values, the cells use the first 2",
+        "2 2 pieces; points on their borders stay apart"};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        if (!strstr(lines, parts[i])) fail_msg("the log lacks '%s':\n%s", parts[i], lines);
+    tli_grid_release(&grid);
+    tl_ctx_destroy(c);
+}
+
+/* Appended data past 4 GiB, in a file that is mostly a hole. */
+static void reads_past_4_gib(void **state)
+{
+    static const char head[] =
+        "<VTKFile type='ImageData' header_type='UInt64'><ImageData><Piece Extent='0 1 0 0 0 0'>"
+        "<PointData><DataArray type='UInt16' Name='p' format='appended' offset='5000000000'/>"
+        "</PointData></Piece></ImageData><AppendedData encoding='raw'>_";
+    static const uint8_t data[] = {4, 0, 0, 0, 0, 0, 0, 0, 0x34, 0x12, 0xff, 0xff};
+    tli_map map;
+    tli_grid grid;
+    (void)state;
+    FILE *file = fopen("hole.vti", "wb");
+    CHECK(file != NULL);
+    CHECK_EQ(fwrite(head, 1, sizeof head - 1, file), sizeof head - 1);
+    CHECK_EQ(fseeko(file, 5000000000 + (off_t)sizeof head - 1, SEEK_SET), 0);
+    CHECK_EQ(fwrite(data, 1, sizeof data, file), sizeof data);
+    CHECK_EQ(fclose(file), 0);
+    CHECK_OK(ctx, tli_map_open(ctx, "hole.vti", &map));
+    tli_grid_init(ctx, &grid);
+    CHECK_OK(ctx, tli_read_vtk_xml(ctx, &map, "hole.vti", &grid));
+    CHECK_NEAR(grid.point_arrays[0].values[0], 0x1234, 0);
+    CHECK_NEAR(grid.point_arrays[0].values[1], 0xffff, 0);
+    tli_grid_release(&grid);
+    tli_map_close(ctx, &map);
+    CHECK_EQ(remove("hole.vti"), 0);
+}
+
 /* A writer that ends the header with '=' before the data begin. */
 static void takes_headers_of_their_own(void **state)
 {
@@ -365,6 +465,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(takes_quirks, setup, teardown),
         cmocka_unit_test_setup_teardown(takes_headers_of_their_own, setup, teardown),
         cmocka_unit_test_setup_teardown(same_with_any_threads, setup, teardown),
+        cmocka_unit_test_setup_teardown(reads_past_4_gib, setup, teardown),
+        cmocka_unit_test(says_what_it_leaves_out),
+        cmocka_unit_test(can_be_cancelled),
         cmocka_unit_test(survives_failed_allocations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

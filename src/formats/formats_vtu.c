@@ -32,6 +32,9 @@ static tl_status place_pieces(tli_vx_file *file, tli_grid *grid)
                            points->components);
         st = tli_vx_open_expecting(file, points, 3 * piece->point_count);
     }
+    if (!st && file->piece_count > 1)
+        tl_log(file->ctx, TL_LOG_INFO, "%zu pieces; points on their borders stay apart",
+               file->piece_count);
     return st;
 }
 
