@@ -15,9 +15,6 @@ target_compile_options(tetralod_flags INTERFACE
 if(CMAKE_C_COMPILER_ID MATCHES Clang)
   # `&` of two comparisons is meant where a branch would cost more than both.
   target_compile_options(tetralod_flags INTERFACE -Wno-bitwise-instead-of-logical)
-else()
-  # clang would complain about each INFINITY in a double.
-  target_compile_options(tetralod_flags INTERFACE -Wdouble-promotion)
 endif()
 if(TETRALOD_WERROR)
   target_compile_options(tetralod_flags INTERFACE -Werror)

@@ -13,7 +13,8 @@ typedef enum tl_simplify_method {
     TL_SIMPLIFY_AUTO = 0,        /* the best by measurement: docs/notes says which and why */
     TL_SIMPLIFY_QUEUE = 1,       /* always the cheapest edge; one thread */
     TL_SIMPLIFY_INDEPENDENT = 2, /* runs of independent edges below a rising threshold (4.1.1) */
-    TL_SIMPLIFY_RANDOMIZED = 3   /* the cheapest of a few random edges; one thread */
+    TL_SIMPLIFY_RANDOMIZED = 3,  /* the cheapest of a few random edges; one thread */
+    TL_SIMPLIFY_BLOCKS = 4       /* queues in blocks of the mesh, all threads; borders move */
 } tl_simplify_method;
 
 typedef enum tl_placement {

@@ -1,0 +1,364 @@
+/* One edge collapse: where the new vertex goes, whether the mesh allows it, and the change itself.
+ * Sondershaus 2007, 3.1.3 and 3.1.4; collapses of surface edges keep the volume (Lindstrom & Turk
+ * 1998) and stay within the bound on the distance of the surfaces. */
+#include <math.h>
+
+#include "base/base_predicates.h"
+#include "simplify/simplify_carry.h"
+#include "simplify/simplify_cost.h"
+#include "simplify/simplify_hood.h"
+
+/* Above this mean ratio, cubed, a tet is far from flat for any rounding: no exact sign is needed.
+ */
+static const double SAFE_SHAPE_CUBE = 1e-9;
+
+static void edge_vectors(const tli_work *w, tl_lidx u, tl_lidx v, double e[3], double *h)
+{
+    const double *fu = w->values + u * w->components, *fv = w->values + v * w->components;
+    for (int i = 0; i < 3; i++) e[i] = (w->verts[v].xyz[i] - w->verts[u].xyz[i]) * w->scale;
+    for (size_t i = 0; i < w->components; i++) h[i] = fv[i] - fu[i];
+}
+
+/* Sum of both quadrics at the anchor u. */
+static inline __attribute__((always_inline)) void edge_quadric(const tli_work *w, tl_lidx u,
+                                                               tl_lidx v, const double e[3],
+                                                               double *h, double *sum, size_t k)
+{
+    const float *qu = w->quadrics + u * w->quadric_floats,
+                *qv = w->quadrics + v * w->quadric_floats;
+    double back[3] = {-e[0], -e[1], -e[2]};
+    size_t floats = TLI_QUADRIC_HEAD + 4 * k;
+    for (size_t i = 0; i < floats; i++) sum[i] = qu[i];
+    for (size_t i = 0; i < k; i++) h[i] = -h[i];
+    tli_quadric_add_moved(sum, qv, back, h, k);
+    for (size_t i = 0; i < k; i++) h[i] = -h[i];
+}
+
+/* Best free place near the edge. */
+static inline void best_place(const tli_form *form, const double e[3], double y[3])
+{
+    double pull = TLI_PULL * (form->m[0] + form->m[3] + form->m[5]) + 1e-300;
+    double rhs[3], d2 = 0, e2 = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+    for (int i = 0; i < 3; i++) rhs[i] = 0.5 * pull * e[i] - form->r[i];
+    bool solved = tli_form_solve(form->m, pull, rhs, y);
+    for (int i = 0; solved && i < 3; i++) d2 += (y[i] - 0.5 * e[i]) * (y[i] - 0.5 * e[i]);
+    if (!solved || !(d2 <= TLI_FAR_AWAY * e2))
+        for (int i = 0; i < 3; i++) y[i] = 0.5 * e[i];
+}
+
+size_t tli_star_neighbours(tli_work *w, tl_lidx u, uint16_t block, tl_lidx *out)
+{
+    const tli_star *s = &w->verts[u].star;
+    size_t count = 0;
+    bool foreign = s->count > TLI_STAR_MAX;
+    w->verts[u].mark = 1;
+    for (uint32_t i = 0; !foreign && i < s->count; i++) {
+        const tl_lidx *q = w->tets[s->tets[i]];
+        for (int j = 0; j < 4; j++) {
+            tli_vertex *v = &w->verts[q[j]];
+            if (block && v->block != block) {
+                foreign = true;
+                break;
+            }
+            if (v->mark) continue;
+            v->mark = 1;
+            out[count++] = q[j];
+        }
+    }
+    w->verts[u].mark = 0;
+    for (size_t i = 0; i < count; i++) w->verts[out[i]].mark = 0;
+    return foreign ? 0 : count;
+}
+
+/* Which end stays where it is, if one does: it becomes u. Subset and curves: the cheaper one. */
+static void order_ends(const tli_work *w, tl_lidx *u, tl_lidx *v)
+{
+    uint8_t cu = w->verts[*u].kind, cv = w->verts[*v].kind;
+    bool swap = cv > cu;
+    if (cu == cv && (w->placement == TL_PLACE_SUBSET || cu == TLI_CURVE)) {
+        double e[3], h[TLI_COMPONENTS_MAX], sum[TLI_QUADRIC_HEAD + 4 * TLI_COMPONENTS_MAX];
+        static const double ZERO[3] = {0, 0, 0};
+        tli_form form;
+        edge_vectors(w, *u, *v, e, h);
+        edge_quadric(w, *u, *v, e, h, sum, w->components);
+        tli_quadric_reduce(sum, w->components, &form);
+        swap = tli_form_at(&form, e) < tli_form_at(&form, ZERO);
+    }
+    if (swap) {
+        tl_lidx t = *u;
+        *u = *v;
+        *v = t;
+    }
+}
+
+/* Moves the best place onto the plane that keeps the volume; false when there is none. */
+static bool keep_volume(const tli_work *w, const tli_hood *hood, const tli_form *form,
+                        const double e[3], double y[3])
+{
+    double n[3], offset, z[3], d2 = 0, e2 = 0;
+    double pull = TLI_PULL * (form->m[0] + form->m[3] + form->m[5]) + 1e-300;
+    if (!tli_fan_volume_plane(w, hood, n, &offset)) return false;
+    double along = n[0] * y[0] + n[1] * y[1] + n[2] * y[2];
+    if (!tli_form_solve(form->m, pull, n, z)) return false;
+    double nz = n[0] * z[0] + n[1] * z[1] + n[2] * z[2];
+    if (!(nz > 0)) return false;
+    double step = (offset * w->scale - along) / nz;
+    for (int i = 0; i < 3; i++) {
+        y[i] += step * z[i];
+        d2 += (y[i] - 0.5 * e[i]) * (y[i] - 0.5 * e[i]);
+        e2 += e[i] * e[i];
+    }
+    return d2 <= TLI_FAR_AWAY * e2;
+}
+
+/* Places the new vertex and sets the hood's place, values and summed quadric (at anchor u). */
+static bool place_vertex(const tli_work *w, tli_hood *hood)
+{
+    tl_lidx u = hood->ends[0], v = hood->ends[1];
+    uint8_t cu = w->verts[u].kind, cv = w->verts[v].kind;
+    double e[3], h[TLI_COMPONENTS_MAX], y[3] = {0, 0, 0};
+    size_t k = w->components;
+    tli_form form;
+    edge_vectors(w, u, v, e, h);
+    edge_quadric(w, u, v, e, h, hood->sum, k);
+    memcpy(hood->place, w->verts[u].xyz, sizeof hood->place);
+    memcpy(hood->values, w->values + u * k, k * sizeof *hood->values);
+    if (w->placement == TL_PLACE_SUBSET || cu == TLI_CORNER) return true;
+    if (cu == cv && cu != TLI_CURVE) {
+        tli_quadric_reduce(hood->sum, k, &form);
+        best_place(&form, e, y);
+        if (cu == TLI_SURFACE && !keep_volume(w, hood, &form, e, y)) return false;
+        for (int i = 0; i < 3; i++) hood->place[i] += y[i] / w->scale;
+    }
+    tli_quadric_values(hood->sum, k, y, h);
+    for (size_t i = 0; i < k; i++) hood->values[i] += h[i];
+    return true;
+}
+
+/* Mean ratio, cubed, of the tet place + three neighbours; negative when it is turned. */
+static inline double shape_cube(const tli_hood *h, const uint16_t l[3])
+{
+    const double *a = h->rel[l[0]], *b = h->rel[l[1]], *c = h->rel[l[2]];
+    double la = h->rel2[l[0]], lb = h->rel2[l[1]], lc = h->rel2[l[2]];
+    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                 a[2] * (b[0] * c[1] - b[1] * c[0]);
+    double dots = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + b[0] * c[0] + b[1] * c[1] +
+                  b[2] * c[2] + c[0] * a[0] + c[1] * a[1] + c[2] * a[2];
+    double edges = 3 * (la + lb + lc) - 2 * dots;
+    /* (12 (3 V)^(2/3) / edges)^3 with V = det / 6 */
+    return 432 * det * fabs(det) / (edges * edges * edges);
+}
+
+/* Worst shape of the tets that the collapse changes or takes away, before it. */
+static double old_shape_cube(const tli_work *w, const tli_hood *h)
+{
+    double worst = 1;
+    for (int side = 0; side < 3; side++)
+        for (uint32_t i = 0; i < (side < 2 ? h->side_counts[side] : h->gone_count); i++) {
+            const tl_lidx *q = w->tets[side < 2 ? h->sides[side][i].tet : h->gone[i]];
+            double p[4][3];
+            for (int j = 0; j < 4; j++) memcpy(p[j], w->verts[q[j]].xyz, sizeof p[j]);
+            double s = tl_tet_quality((const double(*)[3])p);
+            if (s * s * s < worst) worst = s * s * s;
+        }
+    return worst;
+}
+
+/* Every changed tet stays positive and well-shaped enough. */
+static bool shapes_fine(const tli_work *w, tli_hood *h)
+{
+    double worst = 1, floor_cube = w->shape_cube;
+    for (uint16_t l = 2; l < h->vert_count; l++) {
+        const double *x = w->verts[h->verts[l]].xyz;
+        double *d = h->rel[l];
+        for (int i = 0; i < 3; i++) d[i] = x[i] - h->place[i];
+        h->rel2[l] = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    }
+    for (int side = 0; side < 2; side++)
+        for (uint32_t i = 0; i < h->side_counts[side]; i++) {
+            double s = shape_cube(h, h->sides[side][i].verts);
+            if (!(s > 0)) return false;
+            if (s < worst) worst = s;
+        }
+    if (worst < floor_cube && worst < old_shape_cube(w, h)) return false;
+    if (worst > SAFE_SHAPE_CUBE) return true;
+    for (int side = 0; side < 2; side++)
+        for (uint32_t i = 0; i < h->side_counts[side]; i++) {
+            const uint16_t *l = h->sides[side][i].verts;
+            if (tli_orient3d(h->place, w->verts[h->verts[l[0]]].xyz, w->verts[h->verts[l[1]]].xyz,
+                             w->verts[h->verts[l[2]]].xyz) <= 0)
+                return false;
+        }
+    return true;
+}
+
+/* The surface stays within its bound; sets the hood's bound. */
+static bool surface_fine(const tli_work *w, tli_hood *h)
+{
+    float bound = w->verts[h->ends[0]].surface_bound;
+    if (w->verts[h->ends[1]].kind != TLI_FREE) {
+        for (uint32_t i = 0; i < h->fan_count; i++)
+            for (int j = 0; j < 3; j++) {
+                float other = w->verts[h->verts[h->fan[i].verts[j]]].surface_bound;
+                bound = other > bound ? other : bound;
+            }
+        double d = tli_fan_distance(w, h, h->place);
+        bound = nextafterf((float)(bound + d), d > 0 ? INFINITY : bound);
+        if (bound > w->boundary_error) return false;
+    }
+    h->surface_bound = bound;
+    return true;
+}
+
+static uint32_t *take_room(tli_star_bank *bank, uint32_t capacity, tl_status *st)
+{
+    size_t list = capacity / TLI_BANK_STEP;
+    enum { CHUNK = 65536 };
+    if (list < TLI_BANK_CLASSES && bank->free_lists[list]) {
+        uint32_t *room = bank->free_lists[list];
+        memcpy(&bank->free_lists[list], room, sizeof room);
+        return room;
+    }
+    if (bank->room_count < capacity) {
+        bank->room = tli_arena_alloc(&bank->arena, CHUNK, sizeof *bank->room, st);
+        bank->room_count = *st ? 0 : CHUNK;
+        if (*st) return NULL;
+    }
+    uint32_t *room = bank->room;
+    bank->room += capacity;
+    bank->room_count -= capacity;
+    return room;
+}
+
+static void give_room(tli_star_bank *bank, tli_star *star)
+{
+    size_t list = star->capacity / TLI_BANK_STEP;
+    if (list >= 1 && list < TLI_BANK_CLASSES && ((uintptr_t)star->tets & 7) == 0) {
+        memcpy(star->tets, &bank->free_lists[list], sizeof(uint32_t *));
+        bank->free_lists[list] = star->tets;
+    }
+    *star = (tli_star){0};
+}
+
+/* The star of u becomes what is left of both. */
+static tl_status join_stars(tli_work *w, tli_hood *h, tli_star_bank *bank)
+{
+    tli_star *su = &w->verts[h->ends[0]].star;
+    uint32_t count = h->side_counts[0] + h->side_counts[1];
+    tl_status st = TL_OK;
+    if (count > su->capacity) {
+        uint32_t capacity = (count + TLI_BANK_STEP - 1) / TLI_BANK_STEP * TLI_BANK_STEP;
+        uint32_t *room = take_room(bank, capacity, &st);
+        if (st) return st;
+        give_room(bank, su);
+        su->tets = room;
+        su->capacity = capacity;
+    }
+    give_room(bank, &w->verts[h->ends[1]].star);
+    uint32_t n = 0;
+    for (int side = 0; side < 2; side++)
+        for (uint32_t i = 0; i < h->side_counts[side]; i++) su->tets[n++] = h->sides[side][i].tet;
+    su->count = n;
+    return TL_OK;
+}
+
+/* Copies the surface bits of a vanishing tet's face to the tet behind its other face. */
+static void pass_face(tli_work *w, tli_hood *h, uint32_t gone, unsigned side)
+{
+    tl_lidx t = h->gone[gone];
+    const tl_lidx *q = w->tets[t];
+    tl_lidx a = h->verts[h->gone_ring[gone][0]], b = h->verts[h->gone_ring[gone][1]];
+    unsigned f = 0;
+    while (q[f] != h->ends[side]) f++; /* the face without the end, with the other end */
+    unsigned bits = (w->faces[t] >> f & 1u) | (w->faces[t] >> f & 16u);
+    if (!bits) return;
+    for (uint32_t i = 0; i < h->side_counts[side]; i++) {
+        const uint16_t *l = h->sides[side][i].verts;
+        tl_lidx s = h->sides[side][i].tet;
+        unsigned hits = 0, other = 0;
+        for (unsigned j = 0; j < 3; j++)
+            if (h->verts[l[j]] == a || h->verts[l[j]] == b)
+                hits++;
+            else
+                other = j;
+        if (hits < 2) continue;
+        for (unsigned j = 0; j < 4; j++)
+            if (w->tets[s][j] == h->verts[l[other]]) w->faces[s] |= (uint8_t)(bits << j);
+        return;
+    }
+}
+
+static void leave_star(tli_work *w, tl_lidx v, tl_lidx tet)
+{
+    tli_star *s = &w->verts[v].star;
+    for (uint32_t i = 0; i < s->count; i++)
+        if (s->tets[i] == tet) {
+            s->tets[i] = s->tets[--s->count];
+            return;
+        }
+}
+
+/* The change itself; nothing fails after the stars are joined. */
+static tl_status commit(tli_work *w, tli_hood *h, tli_star_bank *bank)
+{
+    tl_lidx u = h->ends[0], v = h->ends[1];
+    size_t k = w->components;
+    tl_status st = join_stars(w, h, bank);
+    if (st) return st;
+    for (uint32_t i = 0; i < h->gone_count; i++) {
+        if (w->faces[h->gone[i]]) {
+            pass_face(w, h, i, 0);
+            pass_face(w, h, i, 1);
+        }
+        leave_star(w, h->verts[h->gone_ring[i][0]], h->gone[i]);
+        leave_star(w, h->verts[h->gone_ring[i][1]], h->gone[i]);
+        w->tets[h->gone[i]][0] = TL_NONE;
+    }
+    for (uint32_t i = 0; i < h->side_counts[1]; i++) {
+        tl_lidx *q = w->tets[h->sides[1][i].tet];
+        for (int j = 0; j < 4; j++)
+            if (q[j] == v) q[j] = u;
+    }
+    double e[3], shift[TLI_COMPONENTS_MAX], sum[TLI_QUADRIC_HEAD + 4 * TLI_COMPONENTS_MAX];
+    float *q = w->quadrics + u * w->quadric_floats;
+    for (size_t i = 0; i < tli_quadric_floats(k); i++) {
+        q[i] = (float)h->sum[i];
+        sum[i] = 0;
+    }
+    for (int i = 0; i < 3; i++) e[i] = (h->place[i] - w->verts[u].xyz[i]) * w->scale;
+    for (size_t i = 0; i < k; i++) shift[i] = h->values[i] - w->values[u * k + i];
+    tli_quadric_add_moved(sum, q, e, shift, k);
+    for (size_t i = 0; i < tli_quadric_floats(k); i++) q[i] = (float)sum[i];
+    if (q[9] < 0) q[9] = 0;
+    tli_work_round_values(w, u, h->values);
+    memcpy(w->verts[u].xyz, h->place, sizeof h->place);
+    memcpy(w->values + u * k, h->values, k * sizeof *h->values);
+    w->verts[u].surface_bound = h->surface_bound;
+    if (w->carry) tli_carry_commit(w, h);
+    w->verts[v].merged = u;
+    w->verts[u].version++;
+    w->verts[v].version++;
+    return TL_OK;
+}
+
+tl_status tli_collapse_edge(tli_work *w, tli_hood *hood, tli_star_bank *bank, uint16_t block,
+                            tl_lidx u, tl_lidx v, tli_verdict *verdict, tl_lidx *kept,
+                            uint32_t *tets_gone)
+{
+    tl_status st = TL_OK;
+    order_ends(w, &u, &v);
+    *verdict = tli_hood_gather(w, hood, block, u, v);
+    if (!*verdict && !place_vertex(w, hood)) *verdict = TLI_NO_BOUNDARY;
+    if (!*verdict && !shapes_fine(w, hood)) *verdict = TLI_NO_SHAPE;
+    if (!*verdict && !surface_fine(w, hood)) *verdict = TLI_NO_BOUNDARY;
+    if (!*verdict && w->carry) {
+        bool fine;
+        st = tli_carry_test(w, hood, &fine);
+        if (!fine) *verdict = TLI_NO_ERROR;
+    }
+    for (uint16_t l = 0; l < hood->vert_count; l++) w->verts[hood->verts[l]].mark = 0;
+    if (!st && !*verdict) st = commit(w, hood, bank);
+    *kept = u;
+    *tets_gone = hood->gone_count;
+    return st;
+}

@@ -1,0 +1,62 @@
+/* Stage simplify, internal: what lies around an edge, in local numbers. One for each worker. */
+#ifndef TETRALOD_SRC_SIMPLIFY_HOOD_H
+#define TETRALOD_SRC_SIMPLIFY_HOOD_H
+
+#include "simplify/simplify_quadric.h"
+#include "simplify/simplify_work.h"
+
+enum { TLI_HOOD_VERTS = 3 * 1024 + 2, TLI_FAN_MAX = 256 };
+
+/* A tet that keeps only one end of the edge: its other three vertices, so that the end and they are
+ * a positive tet. */
+typedef struct tli_hood_tet {
+    tl_lidx tet;
+    uint16_t verts[3];
+} tli_hood_tet;
+
+/* A surface face at the edge, in local numbers; group tells sheets apart. */
+typedef struct tli_fan_face {
+    uint16_t verts[3];
+    int64_t group;
+} tli_fan_face;
+
+/* Local vertices 0 and 1 are the ends u and v of the edge. */
+struct tli_hood {
+    tl_lidx ends[2];
+    uint16_t block; /* 0: any vertex may be touched */
+    tl_lidx verts[TLI_HOOD_VERTS];
+    uint8_t flags[TLI_HOOD_VERTS];
+    uint16_t vert_count;
+
+    tli_hood_tet sides[2][TLI_STAR_MAX]; /* tets of u alone, of v alone */
+    uint32_t side_counts[2];
+    tl_lidx gone[TLI_RING_MAX];          /* tets of both */
+    uint16_t gone_ring[TLI_RING_MAX][2]; /* their other two vertices */
+    uint32_t gone_count;
+
+    tli_fan_face fan[TLI_FAN_MAX]; /* surface faces at u or v, each once */
+    uint32_t fan_count;
+
+    double place[3];               /* of the new vertex, mesh units */
+    double rel[TLI_HOOD_VERTS][3]; /* of the neighbours, from place */
+    double rel2[TLI_HOOD_VERTS];
+    double *values;       /* [components] of the new vertex */
+    double *sum;          /* [quadric_floats] quadric of the edge at anchor u */
+    float surface_bound;  /* of the new vertex */
+    tli_carried *carried; /* NULL without an error bound */
+};
+
+/* simplify_hood.c: fills the hood and checks the topology (link condition with the boundary's dummy
+ * vertex, Sondershaus 2007, 3.1.3; the same in the surface complex). */
+tli_verdict tli_hood_gather(tli_work *work, tli_hood *hood, uint16_t block, tl_lidx u, tl_lidx v);
+/* Lists the surface faces at both ends; false when there are too many. */
+bool tli_hood_list_fan(const tli_work *work, tli_hood *hood);
+
+/* simplify_fan.c: bound on the two-sided distance between the old fan and the fan around place. */
+double tli_fan_distance(const tli_work *work, const tli_hood *hood, const double place[3]);
+/* Plane on which place keeps the volume under the fan: normal . (x - u) = offset, mesh units; false
+ * when the fan has no such plane (it folds back on itself). */
+bool tli_fan_volume_plane(const tli_work *work, const tli_hood *hood, double normal[3],
+                          double *offset);
+
+#endif

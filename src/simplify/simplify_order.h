@@ -1,0 +1,67 @@
+/* Stage simplify, internal: the orders in which edges are collapsed. Each takes the working mesh
+ * down to a number of tets, or to where nothing more is allowed. */
+#ifndef TETRALOD_SRC_SIMPLIFY_ORDER_H
+#define TETRALOD_SRC_SIMPLIFY_ORDER_H
+
+#include <float.h>
+
+#include "simplify/simplify_cost.h"
+#include "simplify/simplify_hood.h"
+#include "simplify/simplify_queue.h"
+
+/* Collapses noted for the listener, in the order in which they were made. simplify_log.c */
+typedef struct tli_log {
+    tl_collapse *records; /* values are set when they are told */
+    double *values;       /* [count][components], scaled */
+    size_t count, capacity;
+} tli_log;
+tl_status tli_log_add(tli_log *log, const tli_work *work, tl_lidx kept, tl_lidx gone, double cost);
+/* Calls the listener for each and empties the log. */
+tl_status tli_log_tell(tli_log *log, const tli_work *work);
+void tli_log_release(tl_ctx *ctx, tli_log *log);
+
+/* What one worker needs to collapse edges on its own. simplify_hand.c */
+typedef struct tli_hand {
+    tli_work *work;
+    tli_hood *hood;
+    tli_queue *queue;
+    tli_star_bank *bank;
+    tli_cost_fn cost;
+    uint16_t block;  /* 0: the whole mesh */
+    double cost_max; /* edges above it are left alone */
+    double cost_now; /* of the collapse at hand, for the listener */
+    tl_lidx kept;    /* of the last collapse */
+    tli_log *log;    /* own_log, unless the order sets another */
+    tli_log own_log;
+    size_t tets_gone, verts_gone, verdicts[TLI_VERDICT_COUNT]; /* since the last settling */
+    tl_lidx near[3 * TLI_STAR_MAX];
+    float costs[3 * TLI_STAR_MAX];
+} tli_hand;
+
+/* worker: number of the bank that it may use. */
+tl_status tli_hand_create(tli_work *work, unsigned worker, tli_hand **hand);
+void tli_hand_destroy(tli_hand *hand);
+/* Queues the edges of the vertices verts [count] that lie inside of the block and may cost no more
+ * than cost_max, each once. */
+tl_status tli_hand_queue(tli_hand *hand, const tl_lidx *verts, size_t count);
+/* Collapses queued edges, cheapest first, until the queue is empty or tets_gone reaches tets_max.
+ */
+tl_status tli_hand_run(tli_hand *hand, size_t tets_max);
+/* Collapses one edge if the mesh allows it. */
+tl_status tli_hand_collapse(tli_hand *hand, tli_queue_entry edge, bool *done);
+/* Adds what the hand did to the working mesh's counts and tells its own log. */
+tl_status tli_hand_settle(tli_hand *hand);
+
+/* Divides vertices into blocks of about block_max by planes that lie elsewhere in each round; sets
+ * their block numbers, 1 .. *block_count, reorders verts by block (inside a block the order stays)
+ * and gives starts [*block_count + 1]. simplify_partition.c */
+tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t block_max,
+                        unsigned round, size_t **starts, size_t *block_count);
+
+/* Takes the mesh down to at most target tets, as far as it goes. */
+tl_status tli_order_blocks(tli_work *work, size_t target);
+tl_status tli_order_queue(tli_work *work, size_t target);
+tl_status tli_order_independent(tli_work *work, size_t target);
+tl_status tli_order_randomized(tli_work *work, size_t target, uint64_t seed);
+
+#endif

@@ -1,0 +1,273 @@
+/* Which faces have to be kept (boundary, interfaces between regions), how free that leaves each
+ * vertex, and which vertices must not be touched at all. */
+#include <math.h>
+#include <string.h>
+
+#include "base/base_predicates.h"
+#include "base/base_sort.h"
+#include "simplify/simplify_work.h"
+
+/* A boundary edge is sharp when its two faces bend by more than this (radians). */
+static const double SHARP_ANGLE = 0.7;
+
+static const uint8_t FACE_VERTS[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
+/* Sets the face bits and lists the surface faces; an interface face comes from its lower region. */
+static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
+{
+    tl_status st = TL_OK;
+    size_t capacity = 0;
+    for (size_t t = 0; t < w->tet_count; t++)
+        for (unsigned f = 0; f < 4; f++) {
+            tl_lidx o = opposite[4 * t + f];
+            bool boundary = o == TL_NONE;
+            if (!boundary && (!w->regions || w->regions[t] == w->regions[o >> 2])) continue;
+            w->faces[t] |= (uint8_t)((1u << f) | (boundary ? 16u << f : 0u));
+            if (!boundary) w->has_surfaces_inside = true;
+            if (!boundary && w->regions[t] > w->regions[o >> 2]) continue;
+            if (w->surface_count == capacity) {
+                capacity = capacity ? capacity * 2 : 4096;
+                w->surface = tl_mem_resize(w->ctx, w->surface, capacity, sizeof *w->surface, &st);
+                if (st) return st;
+            }
+            for (int i = 0; i < 3; i++)
+                w->surface[w->surface_count][i] = w->tets[t][FACE_VERTS[f][i]];
+            w->surface_count++;
+        }
+    return TL_OK;
+}
+
+static void freeze(tli_work *w, tl_lidx v)
+{
+    w->verts[v].kind = TLI_FROZEN;
+}
+
+static void freeze_bad_tets(tli_work *w)
+{
+    for (size_t v = 0; v < w->vert_count; v++) {
+        bool fine = isfinite(w->verts[v].xyz[0]) && isfinite(w->verts[v].xyz[1]) &&
+                    isfinite(w->verts[v].xyz[2]);
+        for (size_t i = 0; fine && i < w->components; i++)
+            fine = isfinite(w->values[v * w->components + i]);
+        if (!fine) freeze(w, (tl_lidx)v);
+    }
+    for (size_t t = 0; t < w->tet_count; t++) {
+        const tl_lidx *q = w->tets[t];
+        bool finite = true;
+        for (int i = 0; i < 4; i++)
+            finite = finite && isfinite(w->verts[q[i]].xyz[0] + w->verts[q[i]].xyz[1] +
+                                        w->verts[q[i]].xyz[2]);
+        if (!finite || tli_orient3d(w->verts[q[0]].xyz, w->verts[q[1]].xyz, w->verts[q[2]].xyz,
+                                    w->verts[q[3]].xyz) <= 0)
+            for (int i = 0; i < 4; i++) freeze(w, q[i]);
+    }
+}
+
+/* The edges of all surface faces, sorted: equal ones are neighbours. */
+typedef struct edge_list {
+    uint64_t *keys;  /* smaller vertex << 32 | larger */
+    uint32_t *faces; /* surface face */
+    size_t count;
+} edge_list;
+
+static tl_status list_edges(tli_work *w, edge_list *edges)
+{
+    tl_status st = TL_OK;
+    edges->count = 3 * w->surface_count;
+    edges->keys = tl_mem_alloc(w->ctx, edges->count, sizeof *edges->keys, &st);
+    edges->faces = tl_mem_alloc(w->ctx, edges->count, sizeof *edges->faces, &st);
+    for (size_t s = 0; !st && s < w->surface_count; s++)
+        for (int i = 0; i < 3; i++) {
+            uint64_t a = w->surface[s][i], b = w->surface[s][(i + 1) % 3];
+            edges->keys[3 * s + (size_t)i] = a < b ? a << 32 | b : b << 32 | a;
+            edges->faces[3 * s + (size_t)i] = (uint32_t)s;
+        }
+    if (!st) st = tli_sort_u64(w->ctx, edges->keys, edges->faces, edges->count);
+    return st;
+}
+
+static void face_normal(const tli_work *w, size_t s, double n[3])
+{
+    const double *a = w->verts[w->surface[s][0]].xyz, *b = w->verts[w->surface[s][1]].xyz,
+                 *c = w->verts[w->surface[s][2]].xyz;
+    double u[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]},
+           v[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+    n[0] = u[1] * v[2] - u[2] * v[1];
+    n[1] = u[2] * v[0] - u[0] * v[2];
+    n[2] = u[0] * v[1] - u[1] * v[0];
+    double l = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (int i = 0; i < 3; i++) n[i] = l > 0 ? n[i] / l : 0;
+}
+
+static tl_status add_sharp(tli_work *w, uint64_t key, size_t *capacity)
+{
+    tl_status st = TL_OK;
+    if (w->sharp_count == *capacity) {
+        *capacity = *capacity ? 2 * *capacity : 256;
+        w->sharp = tl_mem_resize(w->ctx, w->sharp, *capacity, sizeof *w->sharp, &st);
+        if (st) return st;
+    }
+    w->sharp[w->sharp_count][0] = (tl_lidx)(key >> 32);
+    w->sharp[w->sharp_count][1] = (tl_lidx)key;
+    w->sharp_count++;
+    return TL_OK;
+}
+
+/* Counts at every vertex the curve edges (other than two surface faces), lists sharp edges, freezes
+ * edges with other than two boundary faces. boundary [surface_count]: the face has one tet. */
+static tl_status classify_edges(tli_work *w, const edge_list *edges, const uint8_t *boundary,
+                                uint8_t *curve_degree)
+{
+    tl_status st = TL_OK;
+    size_t capacity = 0;
+    for (size_t i = 0, end; !st && i < edges->count; i = end) {
+        size_t boundary_faces = 0;
+        for (end = i; end < edges->count && edges->keys[end] == edges->keys[i]; end++)
+            boundary_faces += boundary[edges->faces[end]];
+        tl_lidx a = (tl_lidx)(edges->keys[i] >> 32), b = (tl_lidx)edges->keys[i];
+        if (boundary_faces != 0 && boundary_faces != 2) {
+            freeze(w, a);
+            freeze(w, b);
+        }
+        if (end - i != 2) {
+            if (curve_degree[a] < 3) curve_degree[a]++;
+            if (curve_degree[b] < 3) curve_degree[b]++;
+            continue;
+        }
+        double n0[3], n1[3];
+        face_normal(w, edges->faces[i], n0);
+        face_normal(w, edges->faces[i + 1], n1);
+        if (n0[0] * n1[0] + n0[1] * n1[1] + n0[2] * n1[2] < cos(SHARP_ANGLE))
+            st = add_sharp(w, edges->keys[i], &capacity);
+    }
+    return st;
+}
+
+/* A face listed twice is a face of more than two tets, or a doubled tet. */
+static tl_status freeze_doubled_faces(tli_work *w)
+{
+    tl_status st = TL_OK;
+    uint64_t *keys = tl_mem_alloc(w->ctx, w->surface_count, sizeof *keys, &st);
+    uint32_t *ids = tl_mem_alloc(w->ctx, w->surface_count, sizeof *ids, &st);
+    for (size_t s = 0; !st && s < w->surface_count; s++) {
+        const tl_lidx *q = w->surface[s];
+        uint64_t lo = q[0] < q[1] ? q[0] : q[1], hi = q[0] < q[1] ? q[1] : q[0];
+        uint64_t least = q[2] < lo ? q[2] : lo, most = q[2] > hi ? q[2] : hi;
+        keys[s] = least << 32 | most;
+        ids[s] = (uint32_t)s;
+    }
+    if (!st) st = tli_sort_u64(w->ctx, keys, ids, w->surface_count);
+    for (size_t i = 0; !st && i < w->surface_count; i++)
+        for (size_t j = i + 1; j < w->surface_count && keys[j] == keys[i]; j++) {
+            const tl_lidx *p = w->surface[ids[i]], *q = w->surface[ids[j]];
+            if ((uint64_t)p[0] + p[1] + p[2] != (uint64_t)q[0] + q[1] + q[2]) continue;
+            for (int k = 0; k < 3; k++) freeze(w, p[k]);
+        }
+    tl_mem_free(w->ctx, ids);
+    tl_mem_free(w->ctx, keys);
+    return st;
+}
+
+/* Number of fans that some faces form around vertex v: faces that share an edge at v belong
+ * together. Quadratic in the number of faces, which is small. */
+static size_t count_fans(const tli_work *w, const uint32_t *faces, size_t count, tl_lidx v,
+                         uint32_t *group)
+{
+    size_t fans = count;
+    for (size_t i = 0; i < count; i++) group[i] = (uint32_t)i;
+    for (size_t i = 0; i < count; i++)
+        for (size_t j = 0; j < i; j++) {
+            const tl_lidx *p = w->surface[faces[i]], *q = w->surface[faces[j]];
+            bool shared = false;
+            for (int a = 0; a < 3; a++)
+                for (int b = 0; b < 3; b++) shared = shared || (p[a] == q[b] && p[a] != v);
+            if (!shared || group[i] == group[j]) continue;
+            uint32_t from = group[i], to = group[j];
+            for (size_t k = 0; k <= i; k++)
+                if (group[k] == from) group[k] = to;
+            fans--;
+        }
+    return fans;
+}
+
+/* Faces around a vertex past which it is frozen rather than looked at. */
+enum { FAN_MAX = 256 };
+
+static void classify_vertex(tli_work *w, tl_lidx v, const uint32_t *faces, size_t count,
+                            const uint8_t *boundary, uint8_t curve_degree)
+{
+    uint32_t group[FAN_MAX], some[FAN_MAX];
+    size_t n = 0;
+    if (count == 0 || w->verts[v].kind == TLI_FROZEN) return;
+    if (count > FAN_MAX) {
+        freeze(w, v);
+        return;
+    }
+    for (size_t i = 0; i < count; i++)
+        if (boundary[faces[i]]) some[n++] = faces[i];
+    if (count_fans(w, some, n, v, group) > 1)
+        freeze(w, v);
+    else if (curve_degree == 0)
+        w->verts[v].kind =
+            n == count || count_fans(w, faces, count, v, group) == 1 ? TLI_SURFACE : TLI_CORNER;
+    else
+        w->verts[v].kind = curve_degree == 2 ? TLI_CURVE : TLI_CORNER;
+}
+
+/* Faces by vertex, then each vertex on its own. */
+static tl_status classify_vertices(tli_work *w, const uint8_t *boundary,
+                                   const uint8_t *curve_degree)
+{
+    tl_status st = TL_OK;
+    uint32_t *offsets = tl_mem_zalloc(w->ctx, w->vert_count + 2, sizeof *offsets, &st);
+    uint32_t *faces = tl_mem_alloc(w->ctx, 3 * w->surface_count, sizeof *faces, &st);
+    if (!st) {
+        for (size_t s = 0; s < w->surface_count; s++)
+            for (int i = 0; i < 3; i++) offsets[w->surface[s][i] + 2]++;
+        for (size_t v = 0; v < w->vert_count; v++) offsets[v + 2] += offsets[v + 1];
+        for (size_t s = 0; s < w->surface_count; s++)
+            for (int i = 0; i < 3; i++) faces[offsets[w->surface[s][i] + 1]++] = (uint32_t)s;
+        for (size_t v = 0; v < w->vert_count; v++)
+            classify_vertex(w, (tl_lidx)v, faces + offsets[v], offsets[v + 1] - offsets[v],
+                            boundary, curve_degree[v]);
+    }
+    tl_mem_free(w->ctx, faces);
+    tl_mem_free(w->ctx, offsets);
+    return st;
+}
+
+/* boundary [surface_count] in the order of list_faces. */
+static void mark_boundary(const tli_work *w, const tl_lidx *opposite, uint8_t *boundary)
+{
+    size_t s = 0;
+    for (size_t t = 0; t < w->tet_count; t++)
+        for (unsigned f = 0; w->faces[t] && f < 4; f++) {
+            if (!(w->faces[t] & 1u << f)) continue;
+            tl_lidx o = opposite[4 * t + f];
+            if (o != TL_NONE && w->regions[t] > w->regions[o >> 2]) continue;
+            boundary[s++] = o == TL_NONE;
+        }
+}
+
+tl_status tli_work_find_surfaces(tli_work *w, const tl_lidx *opposite, size_t nonmanifold_faces,
+                                 const uint8_t *locked)
+{
+    edge_list edges = {0};
+    freeze_bad_tets(w);
+    tl_status st = list_faces(w, opposite);
+    uint8_t *boundary = tl_mem_alloc(w->ctx, w->surface_count, sizeof *boundary, &st);
+    uint8_t *curve_degree = tl_mem_zalloc(w->ctx, w->vert_count, sizeof *curve_degree, &st);
+    if (!st) mark_boundary(w, opposite, boundary);
+    if (!st && nonmanifold_faces) st = freeze_doubled_faces(w);
+    if (!st) st = list_edges(w, &edges);
+    if (!st) st = classify_edges(w, &edges, boundary, curve_degree);
+    if (!st) st = classify_vertices(w, boundary, curve_degree);
+    for (size_t v = 0; !st && locked && v < w->vert_count; v++)
+        if (locked[w->verts[v].origin] && w->verts[v].kind < TLI_CORNER)
+            w->verts[v].kind = TLI_CORNER;
+    tl_mem_free(w->ctx, edges.faces);
+    tl_mem_free(w->ctx, edges.keys);
+    tl_mem_free(w->ctx, curve_degree);
+    tl_mem_free(w->ctx, boundary);
+    return st;
+}

@@ -1,0 +1,222 @@
+/* Builds and releases the working mesh of a simplification. */
+#include "simplify/simplify_work.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/base_sort.h"
+#include "simplify/simplify_carry.h"
+#include "simplify/simplify_quadric.h"
+
+/* Surface moves below this part of the largest coordinate are rounding. */
+static const double ROUNDING = 4e-15;
+/* Default bound on the distance of surfaces, in diagonals. */
+static const double BOUNDARY_ERROR = 1e-3;
+
+/* Copies places, values and locks in Hilbert order; rank [vert_count] receives the new index. */
+typedef struct copy_job {
+    tli_work *work;
+    const tl_mesh *mesh;
+    const tl_lidx *rank;
+    const tl_simplify_opts *opts;
+    const double *channel_scales;
+} copy_job;
+
+static tl_status copy_vertices(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    copy_job *job = arg;
+    tli_work *w = job->work;
+    const double *xyz = tl_mesh_xyz(job->mesh);
+    (void)worker;
+    for (size_t v = begin; v < end; v++) {
+        size_t o = w->verts[v].origin;
+        double *to = w->values + v * w->components;
+        memcpy(w->verts[v].xyz, xyz + 3 * o, sizeof w->verts[v].xyz);
+        w->verts[v].merged = (tl_lidx)v;
+        for (size_t i = 0; i < job->opts->channel_count; i++) {
+            const tl_channel *c = tl_mesh_channel_by_name(job->mesh, job->opts->channels[i].name);
+            for (uint32_t j = 0; j < c->components; j++)
+                *to++ = c->values[o * c->components + j] * job->channel_scales[i];
+        }
+    }
+    return TL_OK;
+}
+
+/* Tets with new vertex numbers, ordered by their smallest vertex: a counting sort. */
+static tl_status copy_tets(tli_work *w, const tl_mesh *mesh, const tl_lidx *rank)
+{
+    const tl_lidx *tets = tl_mesh_tets(mesh);
+    const int32_t *regions = tl_mesh_regions(mesh);
+    tl_status st = TL_OK;
+    tl_lidx *starts = tl_mem_zalloc(w->ctx, w->vert_count + 2, sizeof *starts, &st);
+    if (st) return st;
+    for (size_t t = 0; t < w->tet_count; t++) {
+        const tl_lidx *q = tets + 4 * t;
+        tl_lidx a = rank[q[0]], b = rank[q[1]], c = rank[q[2]], d = rank[q[3]];
+        tl_lidx ab = a < b ? a : b, cd = c < d ? c : d;
+        starts[(ab < cd ? ab : cd) + 1]++;
+    }
+    for (size_t v = 0; v < w->vert_count; v++) starts[v + 1] += starts[v];
+    for (size_t t = 0; t < w->tet_count; t++) {
+        const tl_lidx *q = tets + 4 * t;
+        tl_lidx a = rank[q[0]], b = rank[q[1]], c = rank[q[2]], d = rank[q[3]];
+        tl_lidx ab = a < b ? a : b, cd = c < d ? c : d;
+        tl_lidx to = starts[ab < cd ? ab : cd]++;
+        w->tets[to][0] = a;
+        w->tets[to][1] = b;
+        w->tets[to][2] = c;
+        w->tets[to][3] = d;
+        w->tet_origin[to] = (tl_lidx)t;
+        if (regions) w->regions[to] = regions[t];
+    }
+    tl_mem_free(w->ctx, starts);
+    return TL_OK;
+}
+
+static tl_status set_stars(tli_work *w)
+{
+    tl_lidx *offsets = NULL;
+    tl_status st =
+        tl_tets_incidence(w->ctx, w->tets[0], w->tet_count, w->vert_count, &offsets, &w->incidence);
+    for (size_t v = 0; !st && v < w->vert_count; v++) {
+        w->verts[v].star.tets = w->incidence + offsets[v];
+        w->verts[v].star.count = w->verts[v].star.capacity = offsets[v + 1] - offsets[v];
+        if (offsets[v + 1] == offsets[v])
+            w->verts[v].merged = TL_NONE;
+        else
+            w->verts_live++;
+    }
+    tl_mem_free(w->ctx, offsets);
+    return st;
+}
+
+/* Scale, rounding and boundary error from the bounding box of the vertices in use. */
+static void set_size(tli_work *w, const tl_simplify_opts *opts)
+{
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    double largest = 0, square = 0;
+    for (size_t v = 0; v < w->vert_count; v++)
+        for (int j = 0; w->verts[v].star.count && j < 3; j++) {
+            double x = w->verts[v].xyz[j];
+            if (!isfinite(x)) continue;
+            if (x < lo[j]) lo[j] = x;
+            if (x > hi[j]) hi[j] = x;
+            if (fabs(x) > largest) largest = fabs(x);
+        }
+    for (int j = 0; j < 3; j++)
+        if (hi[j] > lo[j]) square += (hi[j] - lo[j]) * (hi[j] - lo[j]);
+    double diagonal = sqrt(square);
+    w->scale = diagonal > 0 ? 1 / diagonal : 1;
+    w->rounding = ROUNDING * (largest + diagonal);
+    w->boundary_error = opts->boundary_error < 0 ? BOUNDARY_ERROR * diagonal : opts->boundary_error;
+}
+
+static void alloc_arrays(tli_work *w, bool with_regions, tl_status *st)
+{
+    tl_ctx *ctx = w->ctx;
+    size_t n = w->vert_count, m = w->tet_count;
+    w->tets = tl_mem_alloc(ctx, m, sizeof *w->tets, st);
+    w->faces = tl_mem_zalloc(ctx, m, sizeof *w->faces, st);
+    w->tet_origin = tl_mem_alloc(ctx, m, sizeof *w->tet_origin, st);
+    if (with_regions) w->regions = tl_mem_alloc(ctx, m, sizeof *w->regions, st);
+    w->verts = tl_mem_zalloc(ctx, n, sizeof *w->verts, st);
+    w->values = tl_mem_alloc(ctx, n * w->components, sizeof *w->values, st);
+    w->banks = tl_mem_zalloc(ctx, w->bank_count, sizeof *w->banks, st);
+    for (unsigned i = 0; !*st && i < w->bank_count; i++) tli_arena_open(ctx, &w->banks[i].arena);
+}
+
+static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *opts,
+                      const double *channel_scales)
+{
+    tl_status st = TL_OK;
+    tl_lidx *rank = tl_mem_alloc(w->ctx, w->vert_count, sizeof *rank, &st), *opposite = NULL;
+    size_t nonmanifold = 0;
+    tl_lidx *order = tl_mem_alloc(w->ctx, w->vert_count, sizeof *order, &st);
+    if (!st) st = tli_sort_hilbert(w->ctx, tl_mesh_xyz(mesh), w->vert_count, order);
+    for (size_t v = 0; !st && v < w->vert_count; v++) {
+        w->verts[v].origin = order[v];
+        rank[order[v]] = (tl_lidx)v;
+    }
+    tl_mem_free(w->ctx, order);
+    copy_job job = {w, mesh, rank, opts, channel_scales};
+    if (!st) st = tli_parallel(w->ctx, w->vert_count, 16384, copy_vertices, &job);
+    if (!st) st = copy_tets(w, mesh, rank);
+    tl_mem_free(w->ctx, rank);
+    if (!st)
+        st = tl_tets_adjacency(w->ctx, w->tets[0], w->tet_count, w->vert_count, &opposite,
+                               &nonmanifold);
+    if (!st) st = set_stars(w);
+    if (!st) set_size(w, opts);
+    if (!st) st = tli_work_find_surfaces(w, opposite, nonmanifold, opts->locked);
+    tl_mem_free(w->ctx, opposite);
+    if (!st)
+        w->quadrics =
+            tl_mem_alloc(w->ctx, w->vert_count * w->quadric_floats, sizeof *w->quadrics, &st);
+    if (!st) st = tli_work_set_quadrics(w);
+    return st;
+}
+
+tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
+                          const double *channel_scales, tli_work **work)
+{
+    tl_status st = TL_OK;
+    tli_work *w = tl_mem_zalloc(ctx, 1, sizeof *w, &st);
+    *work = NULL;
+    if (st) return st;
+    w->ctx = ctx;
+    w->vert_count = tl_mesh_vert_count(mesh);
+    w->tet_count = w->tets_live = tl_mesh_tet_count(mesh);
+    w->bank_count = tl_ctx_thread_count(ctx);
+    w->channel_count = opts->channel_count;
+    w->channels = tl_mem_alloc(ctx, w->channel_count, sizeof *w->channels, &st);
+    for (size_t i = 0; !st && i < opts->channel_count; i++) {
+        w->channels[i].components =
+            tl_mesh_channel_by_name(mesh, opts->channels[i].name)->components;
+        w->channels[i].scale = channel_scales[i];
+        w->components += w->channels[i].components;
+    }
+    w->quadric_floats = (tli_quadric_floats(w->components) + w->components + 15) / 16 * 16;
+    w->shape_cube = opts->min_quality * opts->min_quality * opts->min_quality;
+    w->placement = opts->placement;
+    w->listener = opts->listener;
+    w->listener_user = opts->listener_user;
+    alloc_arrays(w, tl_mesh_regions(mesh) != NULL, &st);
+    if (!st) st = fill(w, mesh, opts, channel_scales);
+    if (st) {
+        tli_work_destroy(w);
+        return tl_note(ctx, st, "while preparing %zu tets for simplification",
+                       tl_mesh_tet_count(mesh));
+    }
+    *work = w;
+    return TL_OK;
+}
+
+void tli_work_destroy(tli_work *w)
+{
+    if (!w) return;
+    tl_ctx *ctx = w->ctx;
+    tli_carry_destroy(ctx, w->carry);
+    for (unsigned i = 0; w->banks && i < w->bank_count; i++)
+        if (w->banks[i].arena.ctx) tli_arena_close(&w->banks[i].arena);
+    void *blocks[] = {
+        w->banks,    w->verts,     w->values,  w->regions, w->faces,    w->tets, w->tet_origin,
+        w->quadrics, w->incidence, w->surface, w->sharp,   w->channels, w};
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+}
+
+size_t tli_work_list_live(const tli_work *w, tl_lidx *verts)
+{
+    size_t n = 0;
+    for (size_t v = 0; v < w->vert_count; v++)
+        if (w->verts[v].merged == v) verts[n++] = (tl_lidx)v;
+    return n;
+}
+
+double tli_work_surface_bound(const tli_work *w)
+{
+    double largest = 0;
+    for (size_t v = 0; v < w->vert_count; v++)
+        if (w->verts[v].merged == v && (double)w->verts[v].surface_bound > largest)
+            largest = (double)w->verts[v].surface_bound;
+    return largest;
+}
