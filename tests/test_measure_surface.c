@@ -94,6 +94,14 @@ static void place_wave(double u, double v, const double param[], double x[3])
     x[2] = param[0] * sin(u / param[1]) * cos(v / param[1]);
 }
 
+/* param: where the valley's bottom is */
+static void place_valley(double u, double v, const double param[], double x[3])
+{
+    x[0] = u - param[0];
+    x[1] = v;
+    x[2] = fabs(x[0]);
+}
+
 static soup make_random_soup(size_t triangle_count, double size, uint64_t seed)
 {
     soup s = soup_room(3 * triangle_count, triangle_count);
@@ -310,6 +318,26 @@ static void concentric_spheres(void **state)
     }
     soup_release(&a);
     soup_release(&b);
+    close_ctx(ctx);
+}
+
+/* Over the bottom of a valley both slopes are equally far: the largest distance, far from any
+ * corner and from any side of a prism. */
+static void over_a_valley(void **state)
+{
+    tl_ctx *ctx = open_ctx(2);
+    const double bottom[] = {0.4}, low[] = {0.2, 0};
+    soup plane = make_sheet(1, place_plane, low), valley = make_sheet(50, place_valley, bottom);
+    (void)state;
+    for (size_t v = 0; v < plane.vert_count; v++) plane.xyz[3 * v] = 0.6 * plane.xyz[3 * v] - 0.3;
+    tli_surface_error e = compare_soups(ctx, &plane, &valley, 0.3);
+    CHECK_NEAR(e.one_sided[0], 0.2 / sqrt(2), 0.01 * 0.2 / sqrt(2));
+    CHECK(e.bound[0] >= 0.2 / sqrt(2) - 1e-15);
+    CHECK_BOUND("bound over a valley", e.bound[0], 0.2 / sqrt(2) * 1.01);
+    CHECK_NEAR(e.one_sided[1], 0.5, 1e-14);
+    CHECK_BOUND("bound from a valley", e.bound[1], 0.5 * 1.01);
+    soup_release(&plane);
+    soup_release(&valley);
     close_ctx(ctx);
 }
 
@@ -583,14 +611,23 @@ static void every_allocation_fails(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(triangle_distances), cmocka_unit_test(nearest_as_brute_force),
-        cmocka_unit_test(identical_is_zero),  cmocka_unit_test(parallel_planes),
-        cmocka_unit_test(tilted_planes),      cmocka_unit_test(nested_boxes),
-        cmocka_unit_test(concentric_spheres), cmocka_unit_test(bound_between_samples),
-        cmocka_unit_test(bound_of_soups),     cmocka_unit_test(sample_counts),
-        cmocka_unit_test(empty_surfaces),     cmocka_unit_test(threads_change_nothing),
-        cmocka_unit_test(iso_plane),          cmocka_unit_test(iso_sphere),
-        cmocka_unit_test(iso_special),        cmocka_unit_test(every_allocation_fails),
+        cmocka_unit_test(triangle_distances),
+        cmocka_unit_test(nearest_as_brute_force),
+        cmocka_unit_test(identical_is_zero),
+        cmocka_unit_test(parallel_planes),
+        cmocka_unit_test(tilted_planes),
+        cmocka_unit_test(nested_boxes),
+        cmocka_unit_test(concentric_spheres),
+        cmocka_unit_test(over_a_valley),
+        cmocka_unit_test(bound_between_samples),
+        cmocka_unit_test(bound_of_soups),
+        cmocka_unit_test(sample_counts),
+        cmocka_unit_test(empty_surfaces),
+        cmocka_unit_test(threads_change_nothing),
+        cmocka_unit_test(iso_plane),
+        cmocka_unit_test(iso_sphere),
+        cmocka_unit_test(iso_special),
+        cmocka_unit_test(every_allocation_fails),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,8 +5,9 @@
  * convex, so over the piece it is largest at a corner, and the distance to the surface is not above
  * it. And the distance to the surface changes by no more than one moves. A piece that can't be
  * bounded well enough is cut along the side of C's prism that it crosses, so that on flat parts
- * every piece soon lies over one triangle and its bound is exact; where it crosses none, it is
- * halved. */
+ * every piece soon lies over one triangle and its bound is exact. Where it crosses none, it is cut
+ * where two triangles that are nearest to different corners are equally far, as in a valley; else
+ * it is halved. */
 #include <math.h>
 
 #include "measure/measure.h"
@@ -126,6 +127,28 @@ static bool best_side(const tli_surface *surface, tl_lidx triangle, const piece 
     return best > slack;
 }
 
+/* How much farther the corners are from the triangle nearest to one corner than from that nearest
+ * to another: 0 where both are equally far. Of the pairs of corners the one that tells them apart
+ * best; false if none does. */
+static bool best_pair(const tli_surface *surface, const piece *p, double heights[3])
+{
+    double slack = CUT_SLACK * side_length(p, longest_side(p)), best = slack;
+    for (int i = 0; i < 3; i++) {
+        int next = (i + 1) % 3;
+        tl_lidx a = p->corners[i].nearest, b = p->corners[next].nearest;
+        if (a == b) continue;
+        double h[3];
+        for (int j = 0; j < 3; j++)
+            h[j] = sqrt(tli_surface_distance2(surface, a, p->corners[j].x)) -
+                   sqrt(tli_surface_distance2(surface, b, p->corners[j].x));
+        double apart = fmin(-h[i], h[next]);
+        if (apart <= best) continue;
+        best = apart;
+        for (int j = 0; j < 3; j++) heights[j] = fabs(h[j]) <= slack ? 0 : h[j];
+    }
+    return best > slack;
+}
+
 /* Cuts the piece at height 0 and returns the number of parts. */
 static int cut_at_plane(const tli_bound_query *query, const piece *p, const double heights[3],
                         tl_lidx hint, piece parts[CUT_PIECES_MAX])
@@ -170,7 +193,7 @@ static int cut(const tli_bound_query *query, const piece *p, tl_lidx centre,
                piece parts[CUT_PIECES_MAX])
 {
     double heights[3];
-    if (best_side(query->to, centre, p, heights))
+    if (best_side(query->to, centre, p, heights) || best_pair(query->to, p, heights))
         return cut_at_plane(query, p, heights, centre, parts);
     return halve(query, p, centre, parts);
 }
