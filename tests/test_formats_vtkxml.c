@@ -8,10 +8,13 @@
 
 static tl_ctx *ctx;
 
+/* One thread: thousands of small files would spend their time waking others. */
 static int setup(void **state)
 {
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.thread_count = 1;
     (void)state;
-    return tl_ctx_create(NULL, &ctx) != TL_OK;
+    return tl_ctx_create(&opts, &ctx) != TL_OK;
 }
 
 static int teardown(void **state)
@@ -98,11 +101,13 @@ static void reads_all_modes(void **state)
         if (mode.coding == XML_ASCII && mode.packing != XML_PLAIN) continue;
         if (mode.packing == XML_PLAIN && mode.block_bytes != blocks[0]) continue;
         if (mode.wrapped && !is_base64) continue;
+        /* the encoder of LZMA takes megabytes for each small block */
+        if (mode.packing == XML_LZMA && mode.block_bytes < 1 << 15 && mode.scalar % 5) continue;
         check_mode(&mode, 1);
         mode_count++;
     }
     printf("# %zu modes\n", mode_count);
-    CHECK_EQ(mode_count, 10 * (4 * (1 + 3 * (1 + 3 * 3)) + 4 * 2 * (1 + 3 * 3)));
+    CHECK_EQ(mode_count, 4 * (10 + (3 + 2) * (10 + 30 + 30 + 14)));
 }
 
 static void joins_pieces(void **state)

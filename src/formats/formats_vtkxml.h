@@ -76,6 +76,7 @@ typedef struct tli_vx_file {
     tli_vx_piece *pieces; /* [piece_count], owned; pieces without points are left out */
     size_t piece_count, piece_capacity;
     uint64_t claimed_bytes; /* of the file, by all arrays opened so far */
+    size_t read_count;      /* arrays read so far, for the progress */
 } tli_vx_file;
 
 /* Reads all tags. On failure, too, to be released with tli_vx_release. */
@@ -106,8 +107,9 @@ typedef struct tli_vx_target {
     uint64_t limit, add;
 } tli_vx_target;
 
-/* Decodes the first count numbers of an open array, count <= value_count. Runs on the pool. */
-tl_status tli_vx_read(const tli_vx_file *file, const tli_vx_array *array, uint64_t count,
+/* Decodes the first count numbers of an open array, count <= value_count. Runs on the pool; reports
+ * progress, so it can be cancelled. */
+tl_status tli_vx_read(tli_vx_file *file, const tli_vx_array *array, uint64_t count,
                       const tli_vx_target *target);
 
 /* For the two halves of the decoding: decodes chars [0, 4 * byte_count / 3) of base64 without white
@@ -136,8 +138,8 @@ uint64_t tli_vx_unpacked_max(tli_vx_packing packing, uint64_t packed_bytes);
 tl_status tli_vx_fields_read(tli_vx_file *file, const int64_t box[6], tli_grid *grid);
 /* The values of a structured array of one piece into the whole: place [3] is where the piece
  * begins, counts its points or cells, whole those of the box. Rows go to their places. */
-tl_status tli_vx_read_placed(const tli_vx_file *file, const tli_vx_array *array,
-                             uint32_t components, const uint64_t place[3], const uint64_t counts[3],
+tl_status tli_vx_read_placed(tli_vx_file *file, const tli_vx_array *array, uint32_t components,
+                             const uint64_t place[3], const uint64_t counts[3],
                              const uint64_t whole[3], double *values);
 
 tl_status tli_vx_read_unstructured(tli_vx_file *file, tli_grid *grid);

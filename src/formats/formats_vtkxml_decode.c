@@ -422,11 +422,15 @@ static tl_status read_packed(read_job *job)
 
 /* ---- all kinds ---- */
 
-tl_status tli_vx_read(const tli_vx_file *file, const tli_vx_array *array, uint64_t count,
+tl_status tli_vx_read(tli_vx_file *file, const tli_vx_array *array, uint64_t count,
                       const tli_vx_target *target)
 {
     if (count == 0) return TL_OK;
     TL_ASSERT(array->is_open && count <= array->value_count);
+    /* an array that goes with two of another piece is read twice */
+    size_t done = file->read_count < file->array_count ? file->read_count++ : file->array_count;
+    tl_status st = tl_progress(file->ctx, "read", done, file->array_count);
+    if (st) return st;
     read_job job = {.file = file, .array = array, .target = target, .count = count};
     if (array->coding == TLI_VX_ASCII) return read_ascii(&job);
     return file->packing == TLI_VX_PLAIN ? read_plain(&job) : read_packed(&job);

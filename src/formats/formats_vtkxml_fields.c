@@ -84,8 +84,8 @@ static tl_status check_field(tli_vx_file *file, const tli_vx_piece *lead, tl_on 
     return st;
 }
 
-tl_status tli_vx_read_placed(const tli_vx_file *file, const tli_vx_array *array,
-                             uint32_t components, const uint64_t place[3], const uint64_t counts[3],
+tl_status tli_vx_read_placed(tli_vx_file *file, const tli_vx_array *array, uint32_t components,
+                             const uint64_t place[3], const uint64_t counts[3],
                              const uint64_t whole[3], double *values)
 {
     uint64_t total = counts[0] * counts[1] * counts[2] * components;
@@ -116,7 +116,7 @@ static void count_axes(const int64_t extent[6], tl_on on, uint64_t counts[3])
     }
 }
 
-static tl_status read_piece_values(const tli_vx_file *file, const tli_vx_piece *piece, tl_on on,
+static tl_status read_piece_values(tli_vx_file *file, const tli_vx_piece *piece, tl_on on,
                                    const tli_vx_array *array, uint32_t components,
                                    const int64_t *box, double *values)
 {
@@ -165,8 +165,7 @@ static tl_status read_fields_on(tli_vx_file *file, tl_on on, const int64_t *box,
         field what = {.index = i};
         bool is_complete;
         if (file->arrays[piece->first_array + i].section != section) continue;
-        st = tl_progress(file->ctx, "read", i, piece->array_count);
-        if (!st) st = check_field(file, piece, on, &what, &is_complete);
+        st = check_field(file, piece, on, &what, &is_complete);
         if (!st && is_complete) st = read_field(file, piece, on, &what, box, grid);
     }
     return st;

@@ -38,7 +38,7 @@ static tl_status place_pieces(tli_vx_file *file, tli_grid *grid)
     return st;
 }
 
-static tl_status read_points(const tli_vx_file *file, tli_grid *grid)
+static tl_status read_points(tli_vx_file *file, tli_grid *grid)
 {
     tl_status st = TL_OK;
     grid->xyz = tl_mem_alloc(file->ctx, (size_t)grid->point_count, 3 * sizeof *grid->xyz, &st);
@@ -81,7 +81,7 @@ static tl_status open_cells(tli_vx_file *file, const tli_vx_piece *piece)
 
 /* Reads the ends of the cells of a piece behind the first *length entries of connectivity, which
  * grow by those of the piece. */
-static tl_status read_offsets(const tli_vx_file *file, const tli_vx_piece *piece, tli_grid *grid,
+static tl_status read_offsets(tli_vx_file *file, const tli_vx_piece *piece, tli_grid *grid,
                               uint64_t *length)
 {
     const tli_vx_array *ends = tli_vx_find(file, piece, TLI_VX_CELLS, "offsets");
@@ -103,7 +103,7 @@ static tl_status read_offsets(const tli_vx_file *file, const tli_vx_piece *piece
     return st;
 }
 
-static tl_status read_connectivity(const tli_vx_file *file, tli_grid *grid)
+static tl_status read_connectivity(tli_vx_file *file, tli_grid *grid)
 {
     tl_status st = TL_OK;
     uint64_t length = grid->offsets[grid->cell_count];
