@@ -3,7 +3,7 @@
  * the byte order of the machine, or a generated grid. Every result is verified in the run that is
  * timed.
  *
- *     bench_mesh [--runs N] [--threads N] [--grid N] [--shuffle] [FOLDER]... */
+ *     bench_mesh [--runs N] [--threads N] [--grid N] [--shuffle] [--cpu] [FOLDER]... */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,6 +15,7 @@
 
 #define RUNS_MAX 101
 #define POINT_COUNT 200000
+#define OUTSIDE_COUNT 10000
 
 typedef struct options {
     int runs;
@@ -31,10 +32,13 @@ typedef struct raw {
     size_t tet_count;
 } raw;
 
+/* CLOCK_MONOTONIC, or with --cpu the time of all threads together: repeatable on a busy machine. */
+static clockid_t bench_clock = CLOCK_MONOTONIC;
+
 static double now_s(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(bench_clock, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
@@ -219,8 +223,8 @@ typedef struct job {
     const raw *r;
     tl_mesh *mesh;
     size_t open;    /* faces without partner, by the adjacency */
-    double *points; /* [POINT_COUNT][3] inside the mesh, a walk: each near the one before */
-    tl_lidx *homes; /* [POINT_COUNT] a tet near the point */
+    double *points; /* [POINT_COUNT][3] inside the mesh */
+    tl_lidx *homes; /* [POINT_COUNT] a tet next to the point's */
     tl_lidx *opposite;
     tl_locator *locator;
 } job;
@@ -286,6 +290,123 @@ static void report(const options *o, job *j, const char *what, size_t count, dou
            (double)before / (double)j->r->tet_count);
 }
 
+/* Points in random tets, and a tet next to each. */
+static void make_points(job *j)
+{
+    const raw *r = j->r;
+    uint64_t seed = 2;
+    j->points = malloc(3 * POINT_COUNT * sizeof *j->points);
+    j->homes = malloc(POINT_COUNT * sizeof *j->homes);
+    if (!j->points || !j->homes) die("no memory", "points");
+    for (size_t i = 0; i < POINT_COUNT; i++) {
+        size_t tet = (size_t)(random_next(&seed) % r->tet_count);
+        double w[4], sum = 0;
+        for (int c = 0; c < 4; c++) sum += w[c] = random_unit(&seed);
+        for (size_t k = 0; k < 3; k++) {
+            double *x = &j->points[3 * i + k];
+            *x = 0;
+            for (size_t c = 0; c < 4; c++)
+                *x += w[c] / sum * r->xyz[3 * (size_t)r->tets[4 * tet + c] + k];
+        }
+        tl_lidx side = j->opposite[4 * tet + i % 4];
+        j->homes[i] = side == TL_NONE ? (tl_lidx)tet : side / 4;
+    }
+}
+
+/* The weights give the point back. */
+static void check_point(const raw *r, tl_lidx tet, const double w[4], const double x[3])
+{
+    check(tet != TL_NONE, "locator: a point of the mesh is not found");
+    for (size_t k = 0; k < 3; k++) {
+        double y = 0, size = 0;
+        for (size_t c = 0; c < 4; c++) {
+            double corner = r->xyz[3 * (size_t)r->tets[4 * (size_t)tet + c] + k];
+            y += w[c] * corner;
+            size = fmax(size, fabs(corner));
+        }
+        check(w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && w[3] >= 0, "locator: weights");
+        check(fabs(y - x[k]) <= 1e-9 * size, "locator: place");
+    }
+}
+
+static double find_points(job *j, bool with_hint)
+{
+    double begin = now_s(), seconds = 0;
+    for (size_t i = 0; i < POINT_COUNT; i++) {
+        double w[4];
+        const double *x = j->points + 3 * i;
+        tl_lidx tet = tl_locator_find(j->locator, x, with_hint ? j->homes[i] : TL_NONE, w);
+        if (i % 64 == 0) {
+            seconds += now_s() - begin;
+            check_point(j->r, tet, w, x);
+            begin = now_s();
+        }
+    }
+    return seconds + now_s() - begin;
+}
+
+static double run_find_hint(job *j)
+{
+    return find_points(j, true);
+}
+
+static double run_find_tree(job *j)
+{
+    return find_points(j, false);
+}
+
+/* Points around the mesh, up to half of its size away. */
+static double run_nearest(job *j)
+{
+    uint64_t seed = 3;
+    double low[3], high[3], seconds = 0;
+    for (size_t i = 0; i < 3 * j->r->vert_count; i++) {
+        double x = j->r->xyz[i];
+        low[i % 3] = i < 3 ? x : fmin(low[i % 3], x);
+        high[i % 3] = i < 3 ? x : fmax(high[i % 3], x);
+    }
+    for (size_t i = 0; i < OUTSIDE_COUNT; i++) {
+        double x[3], w[4], distance = -1;
+        for (int k = 0; k < 3; k++)
+            x[k] = low[k] + (high[k] - low[k]) * (2 * random_unit(&seed) - 0.5);
+        size_t axis = i % 3;
+        x[axis] = high[axis] + 0.5 * (high[axis] - low[axis]) * random_unit(&seed);
+        double begin = now_s();
+        tl_lidx tet = tl_locator_nearest(j->locator, x, TL_NONE, w, &distance);
+        seconds += now_s() - begin;
+        double square = 0;
+        check(tet != TL_NONE && distance >= 0, "nearest: nothing found");
+        for (size_t k = 0; k < 3; k++) {
+            double y = -x[k];
+            for (size_t c = 0; c < 4; c++)
+                y += w[c] * j->r->xyz[3 * (size_t)j->r->tets[4 * (size_t)tet + c] + k];
+            square += y * y;
+        }
+        check(fabs(sqrt(square) - distance) <= 1e-9 * (1 + distance), "nearest: distance");
+    }
+    return seconds;
+}
+
+static double run_create_locator(job *j)
+{
+    tl_locator *locator;
+    double begin = now_s();
+    check_ok(j->ctx, tl_locator_create(j->ctx, j->mesh, j->opposite, &locator));
+    double seconds = now_s() - begin;
+    tl_locator_destroy(locator);
+    return seconds;
+}
+
+static double run_measure(job *j)
+{
+    tl_mesh_stats stats;
+    double begin = now_s();
+    check_ok(j->ctx, tl_mesh_measure(j->ctx, j->mesh, &stats));
+    double seconds = now_s() - begin;
+    check(stats.boundary_triangles == j->open && stats.inverted == 0, "measure: counts");
+    return seconds;
+}
+
 static void bench(const options *o, const raw *r, unsigned threads)
 {
     tl_ctx_opts opts = tl_ctx_opts_defaults();
@@ -296,6 +417,20 @@ static void bench(const options *o, const raw *r, unsigned threads)
     report(o, &j, "incidence", r->tet_count, run_incidence);
     report(o, &j, "adjacency", r->tet_count, run_adjacency);
     report(o, &j, "boundary", r->tet_count, run_boundary);
+    report(o, &j, "measure", r->tet_count, run_measure);
+    check_ok(j.ctx, tl_mesh_adjacency(j.ctx, j.mesh, &j.opposite, NULL));
+    report(o, &j, "locator create", r->tet_count, run_create_locator);
+    if (threads == 1) { /* asking starts no threads */
+        make_points(&j);
+        check_ok(j.ctx, tl_locator_create(j.ctx, j.mesh, j.opposite, &j.locator));
+        report(o, &j, "find, hint next to it", POINT_COUNT, run_find_hint);
+        report(o, &j, "find, no hint", POINT_COUNT, run_find_tree);
+        report(o, &j, "nearest, outside", OUTSIDE_COUNT, run_nearest);
+        tl_locator_destroy(j.locator);
+        free(j.points);
+        free(j.homes);
+    }
+    tl_mem_free(j.ctx, j.opposite);
     tl_mesh_destroy(j.mesh);
     tl_ctx_destroy(j.ctx);
 }
@@ -337,6 +472,9 @@ int main(int argc, char **argv)
         bool more = i + 1 < argc;
         if (strcmp(argv[i], "--shuffle") == 0) {
             o.shuffle = true;
+        } else if (strcmp(argv[i], "--cpu") == 0) {
+            bench_clock = CLOCK_PROCESS_CPUTIME_ID;
+            puts("clock: processor time of all threads");
         } else if (more && strcmp(argv[i], "--runs") == 0) {
             o.runs = atoi(argv[++i]);
         } else if (more && strcmp(argv[i], "--threads") == 0) {

@@ -113,6 +113,7 @@ static tl_lidx find_in_tree(const tl_locator *loc, const double x[3], double wei
     const tli_tree *tree = &loc->tree;
     tli_tree_node stack[TLI_TREE_STACK];
     unsigned depth = 0;
+    bool has_walked = false;
     float below[3], above[3];
     for (int k = 0; k < 3; k++) {
         below[k] = tli_float_below(x[k] - tree->center[k]);
@@ -122,7 +123,11 @@ static tl_lidx find_in_tree(const tl_locator *loc, const double x[3], double wei
     while (depth) {
         tli_tree_node at = stack[--depth];
         if (at.level == 0) {
-            tl_lidx tet = find_in_leaf(loc, x, at.node, weights);
+            /* The first leaf is near: a few steps from there are less than the other leaves. */
+            tl_lidx tet = TL_NONE;
+            if (!has_walked) tet = walk(loc, x, tree->order[at.node * TLI_TREE_WIDTH], weights);
+            has_walked = true;
+            if (tet == TL_NONE) tet = find_in_leaf(loc, x, at.node, weights);
             if (tet != TL_NONE) return tet;
             continue;
         }
@@ -155,11 +160,29 @@ typedef struct nearest {
     double distance, weights[4];
 } nearest;
 
+/* Squared distance to the box of the corners. */
+static double corner_box_square(const double p[4][3], const double x[3])
+{
+    double square = 0;
+    for (int k = 0; k < 3; k++) {
+        double low = p[0][k], high = p[0][k];
+        for (int i = 1; i < 4; i++) {
+            low = p[i][k] < low ? p[i][k] : low;
+            high = p[i][k] > high ? p[i][k] : high;
+        }
+        double under = low - x[k], over = x[k] - high, away = under > over ? under : over;
+        if (away > 0) square += away * away;
+    }
+    return square;
+}
+
 /* Of equally near tets the first one counts, so that the result does not depend on the way. */
 static void offer_tet(const tl_locator *loc, const double x[3], tl_lidx tet, nearest *best)
 {
     double p[4][3], weights[4];
     tli_tet_corners(loc->mesh->xyz, loc->mesh->tets + 4 * (size_t)tet, p);
+    double limit = best->distance * best->distance * (1 + TIE_SLACK);
+    if (corner_box_square(TLI_CORNERS(p), x) > limit) return;
     double distance = tl_tet_nearest(TLI_CORNERS(p), x, weights);
     if (!isfinite(distance)) return;
     if (!(distance < best->distance || (distance == best->distance && tet < best->tet))) return;
