@@ -1,0 +1,47 @@
+/* What the two benches share: data sets, times, facts about machine and input, the peer. */
+#ifndef TETRALOD_CLI_BENCH_H
+#define TETRALOD_CLI_BENCH_H
+
+#include "cli_session.h"
+
+#define BENCH_RUNS_MAX 64
+#define BENCH_PATH_BYTES 4200
+
+typedef struct bench_times {
+    double seconds[BENCH_RUNS_MAX];
+    size_t count;
+} bench_times;
+double bench_least(const bench_times *times);
+double bench_median(const bench_times *times);
+
+/* One data set: a mesh of one channel, as it lies in a file that the peer reads, too. */
+typedef struct bench_data {
+    char name[80];
+    char path[BENCH_PATH_BYTES];
+    size_t tet_count, vert_count;
+    uint64_t hash;
+} bench_data;
+
+typedef struct bench_state {
+    cli_session *session;
+    char folder[BENCH_PATH_BYTES]; /* for the files of the bench; removed at its end */
+    json_t *rows;                  /* list; NULL without --json */
+    size_t broken;                 /* results that failed their verification */
+} bench_state;
+
+/* A bench of one data set; returns an exit status. */
+typedef int (*bench_fn)(bench_state *state, const bench_data *data);
+int bench_mesh(bench_state *state, const bench_data *data);
+int bench_simplify(bench_state *state, const bench_data *data);
+
+/* Order-dependent 64-bit hash of positions, tets and channels. */
+uint64_t bench_hash(const tl_mesh *mesh);
+
+/* The thread counts to measure: 1 and, where there are more, all; returns how many (1 or 2). */
+size_t bench_threads(const bench_state *state, unsigned counts[2]);
+
+/* Runs the peer script with args (NULL ends) and gives the JSON object that it prints. NULL where
+ * it fails; the message is out already. */
+json_t *bench_peer(const bench_state *state, const char *const *args);
+
+#endif

@@ -1,0 +1,258 @@
+/* tetralod info: what a file holds, in numbers. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli_session.h"
+
+/* Regions that are listed one by one. */
+#define REGIONS_LISTED 64
+
+static const double DEGREES = 57.295779513082323; /* a radian */
+
+typedef struct region_list {
+    size_t count; /* of different ids */
+    int32_t ids[REGIONS_LISTED];
+    size_t tets[REGIONS_LISTED];
+} region_list;
+
+static int compare_ids(const void *a, const void *b)
+{
+    int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static tl_status count_regions(tl_ctx *ctx, const tl_mesh *mesh, region_list *list)
+{
+    const int32_t *regions = tl_mesh_regions(mesh);
+    size_t tet_count = tl_mesh_tet_count(mesh);
+    tl_status st = TL_OK;
+    *list = (region_list){0};
+    if (!regions || !tet_count) return TL_OK;
+    int32_t *sorted = tl_mem_alloc(ctx, tet_count, sizeof *sorted, &st);
+    if (st) return st;
+    memcpy(sorted, regions, tet_count * sizeof *sorted);
+    qsort(sorted, tet_count, sizeof *sorted, compare_ids);
+    for (size_t i = 0; i < tet_count; i++) {
+        if (i == 0 || sorted[i] != sorted[i - 1]) {
+            if (list->count < REGIONS_LISTED) list->ids[list->count] = sorted[i];
+            list->count++;
+        }
+        if (list->count <= REGIONS_LISTED) list->tets[list->count - 1]++;
+    }
+    tl_mem_free(ctx, sorted);
+    return TL_OK;
+}
+
+/* ---- JSON ---- */
+
+static void json_channels(json_t *object, const tl_mesh *mesh)
+{
+    json_t *list = cli_json_list(object, "channels");
+    for (size_t i = 0; i < tl_mesh_channel_count(mesh); i++) {
+        const tl_channel *channel = tl_mesh_channel(mesh, i);
+        double range[2];
+        size_t nonfinite = 0;
+        tl_channel_range(channel, cli_channel_elems(mesh, channel), range, &nonfinite);
+        json_t *item = cli_json_item(list);
+        cli_json_text(item, "name", channel->name);
+        cli_json_count(item, "components", channel->components);
+        cli_json_text(item, "on", channel->on == TL_ON_VERTEX ? "vertex" : "tet");
+        cli_json_reals(item, "range", range, 2);
+        cli_json_text(item, "unit", channel->unit);
+        cli_json_count(item, "nonfinite", nonfinite);
+    }
+}
+
+static void json_regions(json_t *object, const region_list *regions)
+{
+    size_t listed = regions->count < REGIONS_LISTED ? regions->count : REGIONS_LISTED;
+    cli_json_count(object, "region_count", regions->count);
+    json_t *list = cli_json_list(object, "regions");
+    for (size_t i = 0; i < listed; i++) {
+        json_t *item = cli_json_item(list);
+        json_object_set_new(item, "id", json_integer(regions->ids[i]));
+        cli_json_count(item, "tets", regions->tets[i]);
+    }
+}
+
+static void print_json(const cli_session *session, const cli_input *input,
+                       const tl_mesh_stats *stats, const region_list *regions)
+{
+    const tl_mesh *mesh = input->mesh;
+    json_t *object = json_object();
+    cli_json_text(object, "file", input->path);
+    cli_json_count(object, "vertices", tl_mesh_vert_count(mesh));
+    cli_json_count(object, "tets", tl_mesh_tet_count(mesh));
+    json_t *cells = cli_json_object(object, "cells");
+    for (int kind = 0; kind < TL_CELL_KIND_COUNT; kind++)
+        if (input->report.cells[kind])
+            cli_json_count(cells, tl_cell_kind_name((tl_cell_kind)kind), input->report.cells[kind]);
+    cli_json_reals(object, "bounds", stats->bounds, 6);
+    cli_json_real(object, "diagonal", stats->diagonal);
+    cli_json_real(object, "volume", stats->volume);
+    cli_json_count(object, "boundary_triangles", stats->boundary_triangles);
+    cli_json_real(object, "boundary_area", stats->boundary_area);
+    cli_json_count(object, "interface_triangles", stats->interface_triangles);
+    cli_json_count(object, "components", stats->components);
+    cli_json_count(object, "inverted", stats->inverted);
+    cli_json_count(object, "degenerate", stats->degenerate);
+    cli_json_count(object, "duplicate_vertices", stats->duplicate_verts);
+    cli_json_count(object, "nonmanifold_faces", stats->nonmanifold_faces);
+    cli_json_count(object, "nonmanifold_edges", stats->nonmanifold_edges);
+    cli_json_count(object, "nonmanifold_vertices", stats->nonmanifold_verts);
+    cli_json_real(object, "quality_min", stats->quality_min);
+    cli_json_real(object, "quality_median", stats->quality_median);
+    cli_json_real(object, "dihedral_min", stats->dihedral_min * DEGREES);
+    cli_json_real(object, "dihedral_max", stats->dihedral_max * DEGREES);
+    cli_json_real(object, "time", tl_mesh_time(mesh));
+    json_channels(object, mesh);
+    json_regions(object, regions);
+    cli_json_report(object, input);
+    cli_json_facts(object, session->ctx);
+    cli_json_print(object);
+}
+
+/* ---- text ---- */
+
+static bool any_unit(const tl_mesh *mesh)
+{
+    for (size_t i = 0; i < tl_mesh_channel_count(mesh); i++)
+        if (*tl_mesh_channel(mesh, i)->unit) return true;
+    return false;
+}
+
+static tl_status print_channels(tl_ctx *ctx, const tl_mesh *mesh)
+{
+    size_t count = tl_mesh_channel_count(mesh);
+    const bool units = any_unit(mesh);
+    cli_table table;
+    if (!count) {
+        puts("channels    none");
+        return TL_OK;
+    }
+    tl_status st = cli_table_create(ctx, count + 1, units ? 6 : 5, &table);
+    if (st) return st;
+    cli_table_head(&table, "channel|on|components|range|not finite|unit");
+    for (size_t i = 0; i < count; i++) {
+        const tl_channel *channel = tl_mesh_channel(mesh, i);
+        double range[2];
+        size_t nonfinite = 0;
+        tl_channel_range(channel, cli_channel_elems(mesh, channel), range, &nonfinite);
+        cli_table_set(&table, i + 1, 0, cli_name(channel->name));
+        cli_table_set(&table, i + 1, 1, cli_name(channel->on == TL_ON_VERTEX ? "vertex" : "tet"));
+        cli_table_set(&table, i + 1, 2, cli_count(channel->components));
+        cli_table_set(&table, i + 1, 3, cli_range(range));
+        cli_table_set(&table, i + 1, 4, cli_count(nonfinite));
+        if (units) cli_table_set(&table, i + 1, 5, cli_name(channel->unit));
+    }
+    putchar('\n');
+    cli_table_print(&table, 0);
+    cli_table_destroy(&table);
+    return TL_OK;
+}
+
+static void print_cells(const tl_read_report *report)
+{
+    const char *label = "cells";
+    for (int kind = 0; kind < TL_CELL_KIND_COUNT; kind++)
+        if (report->cells[kind]) {
+            printf("%-10s  %s %s\n", label, cli_count(report->cells[kind]).s,
+                   tl_cell_kind_name((tl_cell_kind)kind));
+            label = "";
+        }
+    if (*label) puts("cells       none");
+}
+
+static void print_shape(const tl_mesh *mesh, const tl_mesh_stats *s)
+{
+    printf("bounds      x %s, y %s, z %s; diagonal %s\n", cli_range(s->bounds).s,
+           cli_range(s->bounds + 2).s, cli_range(s->bounds + 4).s, cli_real(s->diagonal).s);
+    if (isfinite(tl_mesh_time(mesh))) printf("time        %s\n", cli_real(tl_mesh_time(mesh)).s);
+    if (!tl_mesh_tet_count(mesh)) return;
+    printf("volume      %s in %s component%s\n", cli_real(s->volume).s, cli_count(s->components).s,
+           s->components == 1 ? "" : "s");
+    printf("boundary    %s triangles, area %s\n", cli_count(s->boundary_triangles).s,
+           cli_real(s->boundary_area).s);
+    printf("quality     mean ratio: smallest %s, median %s; dihedral angles %.1f .. %.1f degrees\n",
+           cli_real(s->quality_min).s, cli_real(s->quality_median).s, s->dihedral_min * DEGREES,
+           s->dihedral_max * DEGREES);
+    printf("validity    %s inverted, %s flat tets; %s vertices at the place of another\n",
+           cli_count(s->inverted).s, cli_count(s->degenerate).s, cli_count(s->duplicate_verts).s);
+    if (s->nonmanifold_faces || s->nonmanifold_edges || s->nonmanifold_verts)
+        printf("            non-manifold: %s faces, %s edges, %s vertices\n",
+               cli_count(s->nonmanifold_faces).s, cli_count(s->nonmanifold_edges).s,
+               cli_count(s->nonmanifold_verts).s);
+}
+
+static void print_regions(const tl_mesh_stats *stats, const region_list *regions)
+{
+    if (!regions->count) return;
+    printf("regions     %s, with %s triangles between them:", cli_count(regions->count).s,
+           cli_count(stats->interface_triangles).s);
+    for (size_t i = 0; i < regions->count && i < REGIONS_LISTED; i++)
+        printf("%s %d (%s tets)", i ? "," : "", regions->ids[i], cli_count(regions->tets[i]).s);
+    puts(regions->count > REGIONS_LISTED ? " ..." : "");
+}
+
+static tl_status print_text(cli_session *session, const cli_input *input,
+                            const tl_mesh_stats *stats, const region_list *regions)
+{
+    cli_print_input(session, "read", input);
+    print_cells(&input->report);
+    print_shape(input->mesh, stats);
+    print_regions(stats, regions);
+    return print_channels(session->ctx, input->mesh);
+}
+
+/* ---- the verb ---- */
+
+/* Without tets the box is that of the points. */
+static tl_status measure(tl_ctx *ctx, const tl_mesh *mesh, tl_mesh_stats *stats)
+{
+    memset(stats, 0, sizeof *stats);
+    if (tl_mesh_tet_count(mesh)) return tl_mesh_measure(ctx, mesh, stats);
+    cli_bounds(mesh, stats->bounds);
+    stats->diagonal = cli_diagonal(mesh);
+    return TL_OK;
+}
+
+static int run(cli_session *session)
+{
+    cli_input input;
+    tl_mesh_stats stats;
+    region_list regions;
+    int exit_status = cli_open(session, session->ctx, session->args.operands[0], &input);
+    if (exit_status) return exit_status;
+    tl_status st = measure(session->ctx, input.mesh, &stats);
+    if (!st) st = count_regions(session->ctx, input.mesh, &regions);
+    cli_progress_clear(&session->progress);
+    if (!st && cli_get(session, CLI_JSON)->given)
+        print_json(session, &input, &stats, &regions);
+    else if (!st && cli_loud(session))
+        st = print_text(session, &input, &stats, &regions);
+    if (st) exit_status = cli_fail(session, session->ctx, st);
+    cli_close(&input);
+    return exit_status;
+}
+
+static const char *const EXAMPLES[] = {"tetralod info flow.vtu",
+                                       "Cells, box, quality and channels of a file",
+                                       "tetralod info neghip.raw --raw 64,64,64,u8",
+                                       "The same of a raw volume",
+                                       "tetralod info grid.bin --solution q.bin --json",
+                                       "PLOT3D, for a script",
+                                       NULL};
+
+const cli_verb cli_verb_info = {
+    .name = "info",
+    .operands = "FILE",
+    .operand_least = 1,
+    .operand_most = 1,
+    .about = "say what a file holds: cells, box, quality, channels with their ranges",
+    .details =
+        "Bounds are x0 x1 y0 y1 z0 z1. The range of a vector or tensor is that of its norm. A "
+        "file without volume cells is listed too. In JSON, dihedral angles are in degrees.",
+    .groups = {&cli_group_reading, &cli_group_common},
+    .examples = EXAMPLES,
+    .run = run};

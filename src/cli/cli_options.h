@@ -1,0 +1,163 @@
+/* The command line as tables. A verb is a list of option groups; the same rows are parsed, printed
+ * as help and written as docs/CLI.md, so that text, defaults and behaviour can't drift apart. */
+#ifndef TETRALOD_CLI_OPTIONS_H
+#define TETRALOD_CLI_OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "tetralod/base.h"
+
+/* Exit statuses of the program. */
+#define CLI_DONE 0
+#define CLI_FAILED 1
+#define CLI_WRONG_USE 2
+
+/* Values that one repeatable option can collect. */
+#define CLI_LIST_MAX 64
+#define CLI_OPERANDS_MAX 2
+#define CLI_GROUPS_MAX 5
+
+typedef enum cli_id {
+    CLI_OUTPUT,
+    CLI_RATIO,
+    CLI_TETS,
+    CLI_ERROR,
+    CLI_BOUNDARY_ERROR,
+    CLI_METHOD,
+    CLI_PLACEMENT,
+    CLI_CHANNELS,
+    CLI_MIN_QUALITY,
+    CLI_SEED,
+    CLI_ISO,
+    CLI_STEP,
+    CLI_SKIP_BOUNDARY,
+    CLI_SIZE,
+    CLI_SIZES,
+    CLI_DATA,
+    CLI_SAMPLE,
+    CLI_CHANNEL,
+    CLI_KEEP,
+    CLI_RUNS,
+    CLI_AGAINST_VTK,
+    CLI_VTK_SCALE,
+    CLI_SCRIPT,
+    CLI_SOLUTION,
+    CLI_RAW,
+    CLI_SPLIT,
+    CLI_CELL_TO_POINT,
+    CLI_FILL_VALUE,
+    CLI_KEEP_FILL,
+    CLI_REGION,
+    CLI_ZLIB,
+    CLI_ASCII,
+    CLI_THREADS,
+    CLI_MEMORY,
+    CLI_JSON,
+    CLI_QUIET,
+    CLI_HELP,
+    CLI_ID_COUNT
+} cli_id;
+
+typedef enum cli_type {
+    CLI_TYPE_FLAG,   /* takes no value */
+    CLI_TYPE_COUNT,  /* whole number */
+    CLI_TYPE_REAL,   /* number, NaN allowed where the range says so */
+    CLI_TYPE_AMOUNT, /* number >= 0, or a percentage */
+    CLI_TYPE_BYTES,  /* whole number with an optional K, M, G or T (powers of 1024) */
+    CLI_TYPE_TEXT,
+    CLI_TYPE_CHOICE, /* one of the words of meta, separated by | */
+    CLI_TYPE_LIST    /* text; may be given several times */
+} cli_type;
+
+typedef struct cli_option {
+    cli_id id;
+    char letter;      /* 0: none */
+    const char *name; /* without the dashes */
+    cli_type type;
+    const char *meta;    /* what stands for the value in help; of a choice its words */
+    const char *initial; /* the default as the user would type it; NULL: none */
+    double least, most;  /* range of a COUNT, REAL or AMOUNT; both 0: any; least DBL_MIN: above 0 */
+    const char *help;    /* one sentence without the final stop */
+} cli_option;
+
+typedef struct cli_group {
+    const char *title;
+    const cli_option *options;
+    size_t option_count;
+} cli_group;
+
+typedef struct cli_session cli_session;
+
+typedef struct cli_verb {
+    const char *name;
+    const char *operands; /* as in the usage line */
+    size_t operand_least, operand_most;
+    const char *about;                       /* one line */
+    const char *details;                     /* a paragraph, may be NULL */
+    const cli_group *groups[CLI_GROUPS_MAX]; /* NULL ends the list */
+    const char *const *examples;             /* pairs of command and explanation; NULL ends it */
+    int (*run)(cli_session *session);        /* returns an exit status */
+    const char *(*word)(size_t index); /* words the first operand can be, NULL ends; may be NULL */
+    const char *(*word_about)(const char *word);
+} cli_verb;
+
+typedef struct cli_value {
+    bool given; /* by the user; false: the default */
+    bool percent;
+    double real; /* of an AMOUNT in percent: the fraction */
+    uint64_t count;
+    int choice; /* index of the word */
+    const char *text;
+    const char *items[CLI_LIST_MAX];
+    size_t item_count;
+} cli_value;
+
+typedef struct cli_args {
+    const cli_verb *verb;
+    const char *operands[CLI_OPERANDS_MAX];
+    size_t operand_count;
+    cli_value values[CLI_ID_COUNT];
+} cli_args;
+
+/* The groups that several verbs share. */
+extern const cli_group cli_group_reading;
+extern const cli_group cli_group_writing;
+extern const cli_group cli_group_common;
+
+/* All verbs in the order of the help; NULL ends the list. */
+extern const cli_verb *const cli_verbs[];
+
+extern const cli_verb cli_verb_sample;
+extern const cli_verb cli_verb_info;
+extern const cli_verb cli_verb_convert;
+extern const cli_verb cli_verb_simplify;
+extern const cli_verb cli_verb_compare;
+extern const cli_verb cli_verb_bench;
+
+/* argv [argc] are the words after the verb. Returns CLI_DONE or CLI_WRONG_USE, then the message is
+ * out already. */
+int cli_parse(const cli_verb *verb, int argc, char **argv, cli_args *args);
+
+/* Reads "0.5", "0.5%"; false if text is not all of a finite number >= 0. */
+bool cli_parse_amount(const char *text, double *value, bool *percent);
+/* Reads all of text as a number (NaN and infinity too). */
+bool cli_parse_real(const char *text, double *value);
+/* Splits "NAME=VALUE" at its last '='; name receives the part before, false if there is none or it
+ * does not fit. */
+bool cli_split_named(const char *text, char *name, size_t name_bytes, const char **value);
+
+/* Says what is wrong and where the help is; returns CLI_WRONG_USE. verb may be NULL. */
+int cli_misuse(const cli_verb *verb, const char *format, ...) TL_PRINTF(2, 3);
+
+/* The word nearest to text among count words, NULL if none is near. */
+const char *cli_nearest(const char *text, const char *const *words, size_t word_count);
+
+/* Help. */
+void cli_help_program(FILE *out);
+void cli_help_verb(FILE *out, const cli_verb *verb);
+void cli_help_markdown(FILE *out);
+
+#endif
