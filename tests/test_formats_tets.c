@@ -1,5 +1,6 @@
 /* Grids to meshes of tets: blocks, lists of mixed cells, what is dropped and what is counted. */
 #include "check.h"
+#include "check_alloc.h"
 
 #include "base/base_predicates.h"
 #include "formats/formats_tets.h"
@@ -7,8 +8,8 @@
 /* ---- contexts whose log is kept, whose n-th allocation fails ---- */
 
 typedef struct host {
+    check_alloc alloc; /* the first, so that both hooks find what is theirs */
     char log[4096];
-    unsigned long requests, fail_at; /* fail_at 0: never */
 } host;
 
 static void keep_log(void *user, tl_log_level level, const char *text)
@@ -19,23 +20,11 @@ static void keep_log(void *user, tl_log_level level, const char *text)
     snprintf(h->log + used, sizeof h->log - used, "%s\n", text);
 }
 
-static void *resize(void *user, void *block, size_t old_bytes, size_t new_bytes)
-{
-    (void)old_bytes;
-    host *h = user;
-    if (new_bytes == 0) {
-        free(block);
-        return NULL;
-    }
-    unsigned long request = __atomic_add_fetch(&h->requests, 1, __ATOMIC_RELAXED);
-    return request == h->fail_at ? NULL : realloc(block, new_bytes);
-}
-
 static tl_ctx *open_ctx(host *h, unsigned threads)
 {
     tl_ctx_opts opts = tl_ctx_opts_defaults();
     opts.thread_count = threads;
-    opts.resize = resize;
+    opts.resize = check_alloc_resize;
     opts.log = keep_log;
     opts.user = h;
     tl_ctx *ctx = NULL;
@@ -162,7 +151,7 @@ static void check_conforming(tl_ctx *ctx, const tl_mesh *mesh, size_t boundary_t
 
 static void check_block(unsigned threads, int split)
 {
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, threads);
     tli_grid grid;
     tl_mesh *mesh;
@@ -206,7 +195,7 @@ static void test_blocks(void **state)
 static void test_left_handed_blocks_are_turned(void **state)
 {
     (void)state;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 1);
     tli_grid grid;
     tl_mesh *mesh;
@@ -227,7 +216,7 @@ static void test_left_handed_blocks_are_turned(void **state)
 static void test_several_blocks(void **state)
 {
     (void)state;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 2);
     tli_grid grid;
     tl_mesh *mesh;
@@ -266,7 +255,7 @@ static void test_blanks_and_fill_values(void **state)
 {
     (void)state;
     for (int way = 0; way < 4; way++) { /* iblank, fill value; cut away, kept */
-        host h = {0};
+        host h = {.log = ""};
         tl_ctx *ctx = open_ctx(&h, 2);
         tli_grid grid;
         tl_mesh *mesh;
@@ -312,7 +301,7 @@ static void test_blanks_and_fill_values(void **state)
 static void test_nan_as_fill_value_and_cells_that_hold_it(void **state)
 {
     (void)state;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 1);
     tli_grid grid;
     tl_mesh *mesh;
@@ -349,7 +338,7 @@ static void test_mixed_cells(void **state)
     double xyz[10][3];
     memcpy(xyz, cube_xyz, sizeof cube_xyz);
     xyz[9][0] = xyz[9][1] = xyz[9][2] = 77;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 2);
     tli_grid grid;
     tl_mesh *mesh;
@@ -391,7 +380,7 @@ static void test_collapsed_and_folded_cells(void **state)
         {10, 4, {0, 1, 1, 4}},             /* repeated */
         {24, 10, {0, 1, 3, 4, 5, 5, 5, 5, 5, 5}},
     };
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 1);
     tli_grid grid;
     tl_mesh *mesh;
@@ -420,7 +409,7 @@ static void test_inverted_cells_are_counted(void **state)
         memcpy(xyz, cube_xyz, sizeof xyz);
         xyz[6][2] = -3;
         for (int i = 0; i < 8 && mirrored; i++) xyz[i][0] *= -1;
-        host h = {0};
+        host h = {.log = ""};
         tl_ctx *ctx = open_ctx(&h, 1);
         tli_grid grid;
         tl_mesh *mesh;
@@ -447,7 +436,7 @@ static void test_ghosts(void **state)
     };
     static const double ghost_cells[] = {1, 0, 32, 4, 1}, ids[] = {0, 1, 2, 3, 4};
     static const double ghost_points[] = {0, 0, 0, 1, 0, 0, 0, 2, 0};
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 2);
     tli_grid grid;
     tl_mesh *mesh;
@@ -472,7 +461,7 @@ static void test_no_volume_cells(void **state)
     (void)state;
     static const list_cell cells[] = {{9, 4, {0, 1, 2, 3}}, {3, 2, {0, 1}}};
     static const double values[] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 2);
     tli_grid grid;
     tl_mesh *mesh;
@@ -520,7 +509,7 @@ static void test_plain_tets(void **state)
     (void)state;
     static const double values[] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
     for (int with_types = 0; with_types < 2; with_types++) {
-        host h = {0};
+        host h = {.log = ""};
         tl_ctx *ctx = open_ctx(&h, 2);
         tli_grid grid;
         tl_mesh *mesh;
@@ -551,7 +540,7 @@ static void test_plain_tets(void **state)
 static void test_memory_of_plain_tets(void **state)
 {
     (void)state;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 2);
     tli_grid grid;
     tl_mesh *mesh;
@@ -581,7 +570,7 @@ static void test_memory_of_plain_tets(void **state)
 static void test_cell_to_point(void **state)
 {
     (void)state;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 2);
     tli_grid grid;
     tl_mesh *mesh;
@@ -646,7 +635,7 @@ static void test_chosen_regions(void **state)
                  {"vector", TL_ERR_DATA, -1},
                  {"bad", TL_ERR_DATA, -1}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        host h = {0};
+        host h = {.log = ""};
         tl_ctx *ctx = open_ctx(&h, 1);
         tli_grid grid;
         tl_mesh *mesh;
@@ -678,7 +667,7 @@ static void test_chosen_regions(void **state)
 static void test_refused(void **state)
 {
     (void)state;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 1);
     tli_grid grid;
     tl_mesh *mesh;
@@ -700,7 +689,7 @@ static void test_refused(void **state)
 static void test_points_that_are_not_finite(void **state)
 {
     (void)state;
-    host h = {0};
+    host h = {.log = ""};
     tl_ctx *ctx = open_ctx(&h, 2);
     tli_grid grid;
     tl_mesh *mesh;
@@ -741,15 +730,15 @@ static void test_every_allocation_fails_once(void **state)
 {
     (void)state;
     for (unsigned long n = 1;; n++) {
-        host h = {0};
+        host h = {.log = ""};
         tl_ctx *ctx = open_ctx(&h, 2);
         tl_mesh *mesh = NULL;
-        h.requests = 0;
-        h.fail_at = n;
+        h.alloc.requests = 0;
+        h.alloc.fail_at = n;
         tl_status st = convert_all(ctx, &mesh);
         CHECK((st == TL_OK) == (mesh != NULL));
         if (st) CHECK_EQ(st, TL_ERR_MEMORY);
-        bool failed = h.requests >= n;
+        bool failed = h.alloc.requests >= n;
         tl_mesh_destroy(mesh);
         CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
         tl_ctx_destroy(ctx);

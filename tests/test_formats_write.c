@@ -1,6 +1,7 @@
 /* Files that are written: read back here and by VTK and meshio, with the same counts and values;
  * full disks, failing files and memory, and every prefix of a file. */
 #include "check.h"
+#include "check_alloc.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,27 +13,11 @@
 #define TETS (5 * (VERTS_A_SIDE - 1) * (VERTS_A_SIDE - 1) * (VERTS_A_SIDE - 1))
 #define VERTS (VERTS_A_SIDE * VERTS_A_SIDE * VERTS_A_SIDE)
 
-typedef struct host {
-    unsigned long requests, fail_at;
-} host;
-
-static void *resize(void *user, void *block, size_t old_bytes, size_t new_bytes)
-{
-    (void)old_bytes;
-    host *h = user;
-    if (new_bytes == 0) {
-        free(block);
-        return NULL;
-    }
-    unsigned long request = __atomic_add_fetch(&h->requests, 1, __ATOMIC_RELAXED);
-    return request == h->fail_at ? NULL : realloc(block, new_bytes);
-}
-
-static tl_ctx *open_ctx(host *h, unsigned threads)
+static tl_ctx *open_ctx(check_alloc *h, unsigned threads)
 {
     tl_ctx_opts opts = tl_ctx_opts_defaults();
     opts.thread_count = threads;
-    opts.resize = resize;
+    opts.resize = check_alloc_resize;
     opts.user = h;
     tl_ctx *ctx = NULL;
     CHECK_EQ(tl_ctx_create(&opts, &ctx), TL_OK);
@@ -147,7 +132,7 @@ static void test_round_trip(void **state)
 {
     (void)state;
     for (size_t i = 0; i < WAY_COUNT; i++) {
-        host h = {0};
+        check_alloc h = {0};
         tl_ctx *ctx = open_ctx(&h, 2);
         tl_mesh *mesh = make_mesh(ctx, FIELD_COUNT), *back = NULL;
         CHECK_OK(ctx, write_way(ctx, mesh, &ways[i]));
@@ -182,7 +167,7 @@ static void test_round_trip(void **state)
 static void test_regions_are_written_once(void **state)
 {
     (void)state;
-    host h = {0};
+    check_alloc h = {0};
     tl_ctx *ctx = open_ctx(&h, 1);
     for (int same = 0; same < 2; same++) {
         tl_mesh *mesh = make_mesh(ctx, 0), *back = NULL;
@@ -279,7 +264,7 @@ static void test_peers(void **state)
     (void)state;
     if (system("/usr/bin/python3 -c 'import vtk, meshio' 2>/dev/null") != 0)
         CHECK_SKIP("python3-vtk9 and python3-meshio are not installed");
-    host h = {0};
+    check_alloc h = {0};
     tl_ctx *ctx = open_ctx(&h, 2);
     for (size_t i = 0; i < WAY_COUNT; i++) {
         tl_mesh *mesh = make_mesh(ctx, ways[i].ascii ? FIELD_COUNT - 1 : FIELD_COUNT);
@@ -296,7 +281,7 @@ static void test_peers(void **state)
 static void test_wrong_use(void **state)
 {
     (void)state;
-    host h = {0};
+    check_alloc h = {0};
     tl_ctx *ctx = open_ctx(&h, 1);
     tl_mesh *mesh = make_mesh(ctx, 0);
     tl_write_opts opts = tl_write_opts_defaults();
@@ -317,7 +302,7 @@ static void test_empty_mesh(void **state)
 {
     (void)state;
     for (size_t i = 0; i < WAY_COUNT; i++) {
-        host h = {0};
+        check_alloc h = {0};
         tl_ctx *ctx = open_ctx(&h, 1);
         tl_mesh *mesh = NULL, *back = NULL;
         double nothing[3] = {0};
@@ -345,7 +330,7 @@ static void test_every_file_operation_fails_once(void **state)
     (void)state;
     for (size_t i = 0; i < 3; i++)
         for (uint64_t n = 1;; n++) {
-            host h = {0};
+            check_alloc h = {0};
             tl_ctx *ctx = open_ctx(&h, 1);
             tl_mesh *mesh = make_mesh(ctx, FIELD_COUNT);
             FILE *old = fopen(ways[i].path, "wb");
@@ -376,7 +361,7 @@ static void test_every_allocation_fails_once(void **state)
     (void)state;
     for (size_t i = 0; i < WAY_COUNT; i++)
         for (unsigned long n = 1;; n++) {
-            host h = {0};
+            check_alloc h = {0};
             tl_ctx *ctx = open_ctx(&h, 2);
             tl_mesh *mesh = make_mesh(ctx, FIELD_COUNT);
             h.requests = 0;
@@ -401,7 +386,7 @@ static void test_full_disk(void **state)
 {
     (void)state;
     if (access("/dev/full", W_OK) != 0) CHECK_SKIP("no /dev/full");
-    host h = {0};
+    check_alloc h = {0};
     tl_ctx *ctx = open_ctx(&h, 1);
     tl_mesh *mesh = make_mesh(ctx, FIELD_COUNT);
     for (size_t i = 0; i < WAY_COUNT; i++) {
@@ -467,7 +452,7 @@ static void test_bytes_do_not_depend_on_threads(void **state)
         static char first[1 << 16], second[1 << 16];
         size_t lengths[2];
         for (unsigned threads = 1; threads <= 2; threads++) {
-            host h = {0};
+            check_alloc h = {0};
             tl_ctx *ctx = open_ctx(&h, 3 * threads - 2);
             tl_mesh *mesh = make_mesh(ctx, FIELD_COUNT);
             CHECK_OK(ctx, write_way(ctx, mesh, &ways[i]));
@@ -487,7 +472,7 @@ static void test_bytes_do_not_depend_on_threads(void **state)
 static void test_every_prefix(void **state)
 {
     (void)state;
-    host h = {0};
+    check_alloc h = {0};
     tl_ctx *ctx = open_ctx(&h, 1);
     for (size_t i = 0; i < WAY_COUNT; i++) {
         static char bytes[1 << 16];

@@ -515,13 +515,18 @@ tl_status tli_grid_to_mesh(tli_grid *grid, const tl_read_opts *opts, tl_mesh **m
     tl_status st = check_options(t.ctx, opts, &t.opts);
     if (!st) st = check_grid(&t);
     if (!st) st = prepare(&t);
+    if (!st) st = tl_progress(t.ctx, "tets", 0, 4);
     if (!st) st = tli_tets_mark_missing(&t);
     if (!st) st = forget_plain_types(&t);
     if (!st) st = tli_tets_find_region(&t, &region_index);
     if (!st) st = count_tets(&t);
+    if (!st) st = tl_progress(t.ctx, "tets", 1, 4);
     if (!st) st = build_tets(&t);
+    if (!st) st = tl_progress(t.ctx, "tets", 2, 4);
     if (!st) st = leave_unused_out(&t);
+    if (!st) st = tl_progress(t.ctx, "tets", 3, 4);
     if (!st) st = make_mesh(&t, region_index, mesh);
+    if (!st) st = tl_progress(t.ctx, "tets", 4, 4);
     if (!st) {
         tli_tets_report(&t);
         if (report) *report = t.report;
