@@ -27,11 +27,12 @@ step compare sphere-flow.vtu sphere-flow-tenth.vtu
 # number FILE KEY: the first number of that key in one of our JSON files.
 number() { tr -d ' \n' < "$1" | sed -n "s/.*\"$2\":\\[*\\([-0-9.e+]*\\).*/\\1/p"; }
 tets=$(number info.json tets) tets_tenth=$(number info-tenth.json tets)
-bytes() { stat -c %s "$1"; }
+grouped() { sed ':again; s/\B[0-9]\{3\}\>/,&/; t again' <<< "$1"; }
+mebibytes() { awk -v bytes="$(stat -c %s "$1")" 'BEGIN { printf "%.1f MiB", bytes / 1048576 }'; }
 
 cat <<TEXT
 
-What you have seen: $tets tetrahedra became $tets_tenth, $(bytes sphere-flow.vtu) bytes became $(bytes sphere-flow-tenth.vtu).
+What you have seen: $(grouped "$tets") tetrahedra became $(grouped "$tets_tenth"), and the file of $(mebibytes sphere-flow.vtu) became $(mebibytes sphere-flow-tenth.vtu).
 "compare" measured the price: its lines "pressure" and "velocity" say how far the values of the small
 mesh are from the original ones, as a root mean square and at the worst vertex, in percent of the
 range; its line on the boundary says how far the surface of the sphere has moved at most.

@@ -62,7 +62,7 @@ def skipped_case(name, output):
     own = [line for line in lines if name in line]
     if not lines:
         return case(name, FAILED, "skipped without a line that says why")
-    return case(name, SKIPPED, (own or lines)[0])
+    return case(name, SKIPPED, re.sub(rf"^skipped: *(?:{re.escape(name)}: *)?", "", (own or lines)[0]))
 
 
 def tap_cases(output):

@@ -216,7 +216,7 @@ static uint32_t *take_room(tli_star_bank *bank, uint32_t capacity, tl_status *st
     enum { CHUNK = 65536 };
     if (list < TLI_BANK_CLASSES && bank->free_lists[list]) {
         uint32_t *room = bank->free_lists[list];
-        memcpy(&bank->free_lists[list], room, sizeof room);
+        memcpy(&bank->free_lists[list], room, sizeof bank->free_lists[list]);
         return room;
     }
     if (bank->room_count < capacity) {
