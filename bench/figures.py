@@ -27,7 +27,9 @@ KEEP = 0.1
 SPEED, THREADS, BYTES, VOLUME = 10, 1.7, 120, 0.01
 # Columns of baseline.csv that do not depend on the machine: what --check compares.
 FIXED = ("tets_in", "tets_out", "rms_percent", "max_percent", "volume_percent")
-CHECK_TOLERANCE = 1e-6  # relative: rounding of VTK's probe
+# Relative. Results have the same bytes in every run, but VTK's probe does not always take the same tet
+# for a vertex that two of them hold.
+CHECK_TOLERANCE = 1e-4
 
 
 def machine():
@@ -73,7 +75,8 @@ def figure(name, mesh, options, folder):
     row = {"data": name, "tets_in": count, "tets_out": said["tets_out"], "rms_percent": ours["rms"],
            "max_percent": ours["max"], "volume_percent": ours["volume"], "outside": ours["outside"],
            "inverted": ours["inverted"] - ours["inverted_before"], "flat": ours["flat"], "flat_in": ours["flat_before"],
-           "bad_faces": ours["bad_faces"], "bytes_per_tet": said["peak_bytes"] / count, "seconds": said["seconds"], "cpu_seconds": said["cpu_seconds"]}
+           "bad_faces": ours["bad_faces"], "bytes_per_tet": said["peak_bytes"] / count, "seconds": said["seconds"],
+           "cpu_seconds": said["cpu_seconds"]}
     if options.check:
         return row
     row["seconds_2"] = simplify(options.tetralod, source, out, 2, options.runs)["seconds"]
@@ -110,7 +113,8 @@ def print_row(row):
     print("| " + " | ".join([
         row["data"] + (f" (VTK: x {row['vtk_scale']:g})" if row["vtk_scale"] != 1 else ""),
         f"{row['tets_in']:,}", f"{row['vtk_tets_out']:,} / {row['tets_out']:,}",
-        f"{rate[0]:.0f} / {rate[1]:.0f} / {rate[2]:.0f}", f"{rate[1] / rate[0]:.1f}", f"{row['vtk_cpu_seconds'] / row['cpu_seconds']:.1f}", f"{rate[2] / rate[1]:.2f}",
+        f"{rate[0]:.0f} / {rate[1]:.0f} / {rate[2]:.0f}", f"{rate[1] / rate[0]:.1f}",
+        f"{row['vtk_cpu_seconds'] / row['cpu_seconds']:.1f}", f"{rate[2] / rate[1]:.2f}",
         f"{row['vtk_rms_percent']:.4g} / {row['rms_percent']:.4g}",
         f"{row['vtk_max_percent']:.4g} / {row['max_percent']:.4g}",
         f"{row['vtk_volume_percent']:.2g} / {row['volume_percent']:.2g}",
@@ -120,8 +124,8 @@ def print_row(row):
 def print_head(options):
     said = subprocess.run([options.tetralod, "--version"], check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
     print(f"{machine()}; {said}; to {100 * KEEP:g} % of the tets; least of {options.runs} runs; VTK / tetralod\n")
-    head = ["data", "tets", "tets out", "k tets/s: VTK / 1 thread / 2", "times VTK", "processor time, measuring included", "2 threads", "RMS %", "max %",
-            "volume %", "bytes/tet", "targets"]
+    head = ["data", "tets", "tets out", "k tets/s: VTK / 1 thread / 2", "times VTK", "times VTK's processor time, measuring included",
+            "2 threads", "RMS %", "max %", "volume %", "bytes/tet", "targets"]
     print("| " + " | ".join(head) + " |\n|" + " --- |" * len(head), flush=True)
 
 
