@@ -222,29 +222,27 @@ static tl_status list_kept(const plan *p, const tli_work *w, const tl_mesh *out,
 
 /* Where the original vertices lie in the result. */
 typedef struct places {
-    tl_locator *locator;
     tl_lidx *tets;
     double (*weights)[4];
     double *outside;
 } places;
 
-static tl_status find_places(const plan *p, const tl_mesh *out, const tl_lidx *hints, places *at)
+static tl_status find_places(const plan *p, const tl_mesh *out, const tl_locator *locator,
+                             const tl_lidx *hints, places *at)
 {
     tl_status st = TL_OK;
     size_t n = tl_mesh_vert_count(p->mesh);
     at->tets = tl_mem_alloc(p->ctx, n, sizeof *at->tets, &st);
     at->weights = tl_mem_alloc(p->ctx, n, sizeof *at->weights, &st);
     at->outside = tl_mem_alloc(p->ctx, n, sizeof *at->outside, &st);
-    if (!st) st = tl_locator_create(p->ctx, out, NULL, &at->locator);
     if (!st)
-        st = tli_measure_vertices(p->ctx, p->mesh, out, at->locator, hints, at->tets, at->weights,
+        st = tli_measure_vertices(p->ctx, p->mesh, out, locator, hints, at->tets, at->weights,
                                   at->outside);
     return st;
 }
 
 static void drop_places(const plan *p, places *at)
 {
-    tl_locator_destroy(at->locator);
     tl_mem_free(p->ctx, at->outside);
     tl_mem_free(p->ctx, at->weights);
     tl_mem_free(p->ctx, at->tets);
@@ -301,20 +299,26 @@ static tl_status finish_values(const plan *p, const tli_work *w, tl_mesh *out, c
 {
     places at = {0};
     uint8_t *keep = NULL, *held = NULL;
-    double start = tli_clock_s();
-    tl_status st = find_places(p, out, hints, &at);
-    r->measure_seconds += tli_clock_s() - start;
-    if (!st) st = list_kept(p, w, out, &keep);
+    tl_lidx *opposite = NULL;
+    tl_locator *locator = NULL;
+    tl_status st = list_kept(p, w, out, &keep);
     if (!st) st = list_bounded(p, &held);
-    if (!st) st = tli_average_tets(p->ctx, p->mesh, out, at.locator, hints);
-    if (!st)
-        st = tli_refit(p->ctx, p->mesh, out, at.tets, (const double(*)[4])at.weights, keep, held);
-    start = tli_clock_s();
+    if (!st) st = tl_mesh_adjacency(p->ctx, out, &opposite, NULL);
+    if (!st) st = tli_refit(p->ctx, p->mesh, out, opposite, hints, keep, held);
+    double start = tli_clock_s();
+    if (!st) st = tl_locator_create(p->ctx, out, opposite, &locator);
+    if (!st && tli_has_tet_channels(out)) {
+        st = tli_average_tets(p->ctx, p->mesh, out, locator, hints);
+        start = tli_clock_s();
+    }
+    if (!st) st = find_places(p, out, locator, hints, &at);
     if (!st) st = measure(p, out, &at, r);
     r->measure_seconds += tli_clock_s() - start;
     tl_mem_free(p->ctx, held);
-    tl_mem_free(p->ctx, keep);
     drop_places(p, &at);
+    tl_locator_destroy(locator);
+    tl_mem_free(p->ctx, opposite);
+    tl_mem_free(p->ctx, keep);
     return st;
 }
 

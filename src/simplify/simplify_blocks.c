@@ -7,23 +7,42 @@
 #include "simplify/simplify_order.h"
 
 /* Vertices of a block: small enough for a cache of some MiB, large enough that most are inside. */
-static const size_t BLOCK_VERTS = 6000;
+static const size_t BLOCK_VERTS = 12000;
 /* A round aims at this part of the tets, as long as the target is farther. */
-static const double ROUND_SHARE = 0.5;
+static const double ROUND_SHARE = 0.25;
 /* What is left of the way to the target for the last queue. */
-static const double LAST_SHARE = 0.04;
-/* First guess of how the number of tets falls with cost: tets ~ cost^-FALL. Field errors grow with
- * the square of the edge length, costs with the square of errors times the merged vertices: 3 / 7.
- */
-static const double FALL = 3.0 / 7.0;
+static const double LAST_SHARE = 0.3;
+/* The first round goes up to this multiple of the median of the vertices' cheapest edges. */
+static const double FIRST_COST = 10, LEAST_COST = 1e-12;
+/* How the number of tets falls with the cost of a round: tets ~ cost^-FALL. Field errors grow with
+ * the square of the edge length and costs with their squares, which gives 3 / 7 for one queue;
+ * borders that become free add to it. */
+static const double FALL = 0.65;
 
 typedef struct round_job {
     tli_hand **hands;
-    const tl_lidx *verts;
-    const size_t *starts;
+    const tl_lidx *verts; /* by block, for the first round */
+    const size_t *vert_starts;
+    tli_pool *dealt; /* edges by block, for later rounds; without lists in the first */
+    tli_pool *next;  /* receives the edges that wait on: a list a block, list 0 for those in none */
     double cost_max;
     tli_log *logs; /* one a block, NULL without a listener */
 } round_job;
+
+/* Takes the edges out of a list whose ends have changed since. */
+static tl_status drop_old(const tli_work *w, tli_edges *list)
+{
+    tl_status st = TL_OK;
+    size_t count = 0;
+    for (size_t i = 0; i < list->count; i++) {
+        tli_edge e = list->edges[i];
+        if (e.stamp == (uint16_t)(w->verts[e.u].version + w->verts[e.v].version))
+            list->edges[count++] = e;
+    }
+    list->count = list->capacity = count;
+    list->edges = tl_mem_resize(w->ctx, list->edges, count, sizeof *list->edges, &st);
+    return st;
+}
 
 static tl_status run_block(void *arg, size_t begin, size_t end, unsigned worker)
 {
@@ -31,12 +50,21 @@ static tl_status run_block(void *arg, size_t begin, size_t end, unsigned worker)
     tli_hand *hand = job->hands[worker];
     tl_status st = TL_OK;
     for (size_t b = begin; !st && b < end; b++) {
-        hand->block = (uint16_t)(b + 1);
+        hand->in_block = true;
         hand->cost_max = job->cost_max;
+        hand->later = &job->next->lists[b + 1];
         if (job->logs) hand->log = &job->logs[b];
         tli_queue_clear(hand->queue);
-        st = tli_hand_queue(hand, job->verts + job->starts[b], job->starts[b + 1] - job->starts[b]);
+        if (job->dealt->lists) {
+            tli_edges *list = &job->dealt->lists[b + 1];
+            st = tli_hand_queue_again(hand, list->edges, list->count);
+            tl_mem_free(hand->work->ctx, list->edges);
+            *list = (tli_edges){0};
+        } else
+            st = tli_hand_queue(hand, job->verts + job->vert_starts[b],
+                                job->vert_starts[b + 1] - job->vert_starts[b]);
         if (!st) st = tli_hand_run(hand, SIZE_MAX);
+        if (!st) st = drop_old(hand->work, hand->later);
     }
     return st;
 }
@@ -50,7 +78,7 @@ static double sample_cost(tli_hand *hand, const tl_lidx *verts, size_t count)
     for (size_t i = 0; i < SAMPLES && i < count; i++) {
         tl_lidx u = verts[i * (count - 1) /
                           (SAMPLES - 1 > count - 1 ? count - 1 + (count == 1) : SAMPLES - 1)];
-        size_t near = tli_star_neighbours(hand->work, u, 0, hand->near);
+        size_t near = tli_star_neighbours(hand->work, u, hand->near);
         float least = INFINITY;
         hand->cost(hand->work, u, hand->near, near, hand->costs);
         for (size_t j = 0; j < near; j++) least = fminf(least, hand->costs[j]);
@@ -73,37 +101,48 @@ static tl_status tell_logs(const tli_work *w, tli_log *logs, size_t count, tl_st
     return st;
 }
 
-static tl_status one_round(tli_work *w, tli_hand **hands, tl_lidx *verts, unsigned round,
-                           double cost_max)
+static tl_status one_round(tli_work *w, tli_hand **hands, tli_pool *pool, tl_lidx *verts,
+                           unsigned round, double cost_max)
 {
-    size_t *starts = NULL, blocks = 0, count = tli_work_list_live(w, verts);
-    tl_status st = tli_partition(w, verts, count, BLOCK_VERTS, round, &starts, &blocks);
-    round_job job = {hands, verts, starts, cost_max, NULL};
+    size_t *vert_starts = NULL, blocks = 0, count = tli_work_list_live(w, verts);
+    tl_status st = tli_partition(w, verts, count, BLOCK_VERTS, round, &vert_starts, &blocks);
+    if (!st && round) st = tli_pool_deal(w, pool, blocks);
+    tli_pool next = {NULL, blocks + 1};
+    next.lists = tl_mem_zalloc(w->ctx, blocks + 1, sizeof *next.lists, &st);
+    if (!st && round) { /* edges that lie in no block wait on */
+        next.lists[0] = pool->lists[0];
+        pool->lists[0] = (tli_edges){0};
+    }
+    round_job job = {hands, verts, vert_starts, pool, &next, cost_max, NULL};
     if (w->listener) job.logs = tl_mem_zalloc(w->ctx, blocks, sizeof *job.logs, &st);
     if (!st) st = tli_parallel(w->ctx, blocks, 1, run_block, &job);
     st = tell_logs(w, job.logs, blocks, st);
     for (unsigned i = 0; !st && i < w->bank_count; i++) st = tli_hand_settle(hands[i]);
-    tl_mem_free(w->ctx, starts);
+    tli_pool_release(w->ctx, pool);
+    *pool = next;
+    tl_mem_free(w->ctx, vert_starts);
     return st;
 }
 
 /* Rounds down to a little above the target. */
 static tl_status all_rounds(tli_work *w, tli_hand **hands, tl_lidx *verts, size_t target)
 {
+    tli_pool pool = {0};
     tl_status st = TL_OK;
     size_t first = w->tets_live, goal = target + (size_t)((double)target * LAST_SHARE);
-    double cost = sample_cost(hands[0], verts, tli_work_list_live(w, verts)), fall = FALL;
-    if (!(cost > 0)) cost = 1e-12;
+    double cost = sample_cost(hands[0], verts, tli_work_list_live(w, verts));
+    cost = cost > 0 ? FIRST_COST * cost : LEAST_COST;
     unsigned idle = 0;
     for (unsigned round = 0; !st && w->tets_live > goal && idle < 4 && round < 60; round++) {
         size_t before = w->tets_live;
         double aim = (double)before * ROUND_SHARE;
         if (aim < (double)goal) aim = (double)goal;
-        if (round) cost *= fmin(pow((double)before / aim, 1 / fall), 64);
-        st = one_round(w, hands, verts, round, cost);
+        if (round) cost *= fmin(pow((double)before / aim, 1 / FALL), 64);
+        st = one_round(w, hands, &pool, verts, round, cost);
         idle = w->tets_live == before ? idle + 1 : 0;
         if (!st) st = tl_progress(w->ctx, "simplify", first - w->tets_live, first - target);
     }
+    tli_pool_release(w->ctx, &pool);
     return st;
 }
 

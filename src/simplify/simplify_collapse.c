@@ -46,20 +46,16 @@ static inline void best_place(const tli_form *form, const double e[3], double y[
         for (int i = 0; i < 3; i++) y[i] = 0.5 * e[i];
 }
 
-size_t tli_star_neighbours(tli_work *w, tl_lidx u, uint16_t block, tl_lidx *out)
+size_t tli_star_neighbours(tli_work *w, tl_lidx u, tl_lidx *out)
 {
     const tli_star *s = &w->verts[u].star;
     size_t count = 0;
-    bool foreign = s->count > TLI_STAR_MAX;
+    if (s->count > TLI_STAR_MAX) return 0;
     w->verts[u].mark = 1;
-    for (uint32_t i = 0; !foreign && i < s->count; i++) {
+    for (uint32_t i = 0; i < s->count; i++) {
         const tl_lidx *q = w->tets[s->tets[i]];
         for (int j = 0; j < 4; j++) {
             tli_vertex *v = &w->verts[q[j]];
-            if (block && v->block != block) {
-                foreign = true;
-                break;
-            }
             if (v->mark) continue;
             v->mark = 1;
             out[count++] = q[j];
@@ -67,7 +63,7 @@ size_t tli_star_neighbours(tli_work *w, tl_lidx u, uint16_t block, tl_lidx *out)
     }
     w->verts[u].mark = 0;
     for (size_t i = 0; i < count; i++) w->verts[out[i]].mark = 0;
-    return foreign ? 0 : count;
+    return count;
 }
 
 /* Which end stays where it is, if one does: it becomes u. Subset and curves: the cheaper one. */
@@ -135,39 +131,68 @@ static bool place_vertex(const tli_work *w, tli_hood *hood)
     return true;
 }
 
-/* Mean ratio, cubed, of the tet place + three neighbours; negative when it is turned. */
-static inline double shape_cube(const tli_hood *h, const uint16_t l[3])
+/* The mean ratio, cubed, of the tet place + three neighbours is 432 det |det| / edges^3. */
+static inline double tet_measures(const tli_hood *h, const uint16_t l[3], double *edges)
 {
     const double *a = h->rel[l[0]], *b = h->rel[l[1]], *c = h->rel[l[2]];
-    double la = h->rel2[l[0]], lb = h->rel2[l[1]], lc = h->rel2[l[2]];
-    double det = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-                 a[2] * (b[0] * c[1] - b[1] * c[0]);
-    double dots = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + b[0] * c[0] + b[1] * c[1] +
-                  b[2] * c[2] + c[0] * a[0] + c[1] * a[1] + c[2] * a[2];
-    double edges = 3 * (la + lb + lc) - 2 * dots;
-    /* (12 (3 V)^(2/3) / edges)^3 with V = det / 6 */
-    return 432 * det * fabs(det) / (edges * edges * edges);
+    double ab = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    double bc = b[0] * c[0] + b[1] * c[1] + b[2] * c[2];
+    double ca = c[0] * a[0] + c[1] * a[1] + c[2] * a[2];
+    *edges = 3 * (h->rel2[l[0]] + h->rel2[l[1]] + h->rel2[l[2]]) - 2 * (ab + bc + ca);
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+           a[2] * (b[0] * c[1] - b[1] * c[0]);
 }
 
-/* Worst shape of the tets that the collapse changes or takes away, before it. */
-static double old_shape_cube(const tli_work *w, const tli_hood *h)
+/* Is one of the tets that the collapse changes or takes away no better shaped than that already? */
+static bool was_as_bad(const tli_work *w, tli_hood *h, double cube)
 {
-    double worst = 1;
     for (int side = 0; side < 3; side++)
         for (uint32_t i = 0; i < (side < 2 ? h->side_counts[side] : h->gone_count); i++) {
             const tl_lidx *q = w->tets[side < 2 ? h->sides[side][i].tet : h->gone[i]];
-            double p[4][3];
-            for (int j = 0; j < 4; j++) memcpy(p[j], w->verts[q[j]].xyz, sizeof p[j]);
-            double s = tl_tet_quality((const double(*)[3])p);
-            if (s * s * s < worst) worst = s * s * s;
+            double p[3][3], edges = 0, d[6];
+            for (int j = 0; j < 3; j++)
+                for (int k = 0; k < 3; k++)
+                    p[j][k] = w->verts[q[j + 1]].xyz[k] - w->verts[q[0]].xyz[k];
+            for (int j = 0; j < 3; j++) {
+                d[j] = d[j + 3] = 0;
+                for (int k = 0; k < 3; k++) {
+                    double e = p[(j + 1) % 3][k] - p[j][k];
+                    d[j] += p[j][k] * p[j][k];
+                    d[j + 3] += e * e;
+                }
+            }
+            for (int j = 0; j < 6; j++) edges += d[j];
+            double det = p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
+                         p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
+                         p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+            if (432 * det * fabs(det) <= cube * edges * edges * edges) return true;
         }
-    return worst;
+    return false;
+}
+
+/* Some new tet is badly shaped: fine only if one was before, and if all are exactly positive. */
+static bool bad_shapes_fine(const tli_work *w, tli_hood *h)
+{
+    double worst = 1;
+    for (int side = 0; side < 2; side++)
+        for (uint32_t i = 0; i < h->side_counts[side]; i++) {
+            const uint16_t *l = h->sides[side][i].verts;
+            double edges, det = tet_measures(h, l, &edges);
+            double cube = 432 * det * det / (edges * edges * edges);
+            if (cube < worst) worst = cube;
+            if (cube < SAFE_SHAPE_CUBE &&
+                tli_orient3d(h->place, w->verts[h->verts[l[0]]].xyz, w->verts[h->verts[l[1]]].xyz,
+                             w->verts[h->verts[l[2]]].xyz) <= 0)
+                return false;
+        }
+    return worst >= w->shape_cube || was_as_bad(w, h, worst);
 }
 
 /* Every changed tet stays positive and well-shaped enough. */
 static bool shapes_fine(const tli_work *w, tli_hood *h)
 {
-    double worst = 1, floor_cube = w->shape_cube;
+    bool bad = false;
+    double least = w->shape_cube > SAFE_SHAPE_CUBE ? w->shape_cube : SAFE_SHAPE_CUBE;
     for (uint16_t l = 2; l < h->vert_count; l++) {
         const double *x = w->verts[h->verts[l]].xyz;
         double *d = h->rel[l];
@@ -176,20 +201,11 @@ static bool shapes_fine(const tli_work *w, tli_hood *h)
     }
     for (int side = 0; side < 2; side++)
         for (uint32_t i = 0; i < h->side_counts[side]; i++) {
-            double s = shape_cube(h, h->sides[side][i].verts);
-            if (!(s > 0)) return false;
-            if (s < worst) worst = s;
+            double edges, det = tet_measures(h, h->sides[side][i].verts, &edges);
+            if (!(det > 0)) return false;
+            bad |= 432 * det * det < least * edges * edges * edges;
         }
-    if (worst < floor_cube && worst < old_shape_cube(w, h)) return false;
-    if (worst > SAFE_SHAPE_CUBE) return true;
-    for (int side = 0; side < 2; side++)
-        for (uint32_t i = 0; i < h->side_counts[side]; i++) {
-            const uint16_t *l = h->sides[side][i].verts;
-            if (tli_orient3d(h->place, w->verts[h->verts[l[0]]].xyz, w->verts[h->verts[l[1]]].xyz,
-                             w->verts[h->verts[l[2]]].xyz) <= 0)
-                return false;
-        }
-    return true;
+    return !bad || bad_shapes_fine(w, h);
 }
 
 /* The surface stays within its bound; sets the hood's bound. */
@@ -341,13 +357,12 @@ static tl_status commit(tli_work *w, tli_hood *h, tli_star_bank *bank)
     return TL_OK;
 }
 
-tl_status tli_collapse_edge(tli_work *w, tli_hood *hood, tli_star_bank *bank, uint16_t block,
-                            tl_lidx u, tl_lidx v, tli_verdict *verdict, tl_lidx *kept,
-                            uint32_t *tets_gone)
+tl_status tli_collapse_edge(tli_work *w, tli_hood *hood, tli_star_bank *bank, tl_lidx u, tl_lidx v,
+                            tli_verdict *verdict, tl_lidx *kept, uint32_t *tets_gone)
 {
     tl_status st = TL_OK;
     order_ends(w, &u, &v);
-    *verdict = tli_hood_gather(w, hood, block, u, v);
+    *verdict = tli_hood_gather(w, hood, u, v);
     if (!*verdict && !place_vertex(w, hood)) *verdict = TLI_NO_BOUNDARY;
     if (!*verdict && !shapes_fine(w, hood)) *verdict = TLI_NO_SHAPE;
     if (!*verdict && !surface_fine(w, hood)) *verdict = TLI_NO_BOUNDARY;

@@ -241,6 +241,35 @@ static double straighten_curve(const tli_work *w, const tli_hood *h, unsigned go
     return sqrt(dot(way, way));
 }
 
+/* A fan in one plane stays there when no face turns: the most frequent case by far. */
+static bool stays_flat(const tli_work *w, const tli_hood *h, const double place[3])
+{
+    double n[3], a[3], b[3], c[3];
+    const double *origin = w->verts[h->ends[0]].xyz;
+    double lengths = sum_normals(w, h, NULL, n), slack = sqrt(dot(n, n));
+    if (!(slack > 0.999 * lengths)) return false;
+    slack *= w->rounding;
+    sub(place, origin, a);
+    if (!(fabs(dot(a, n)) < slack)) return false;
+    for (uint32_t i = 0; i < h->fan_count; i++) {
+        const double *x[3];
+        unsigned ends = 0;
+        for (int j = 0; j < 3; j++) {
+            uint16_t l = h->fan[i].verts[j];
+            x[j] = l <= 1 ? place : w->verts[h->verts[l]].xyz;
+            ends += l <= 1;
+            sub(w->verts[h->verts[l]].xyz, origin, a);
+            if (!(fabs(dot(a, n)) < slack)) return false;
+        }
+        if (ends == 2) continue;
+        sub(x[1], x[0], a);
+        sub(x[2], x[0], b);
+        cross(a, b, c);
+        if (!(dot(c, n) > 0)) return false;
+    }
+    return true;
+}
+
 double tli_fan_distance(const tli_work *w, const tli_hood *h, const double place[3])
 {
     double way[3], simple = 0, total = 0, moved[3], straight = 0;
@@ -250,6 +279,7 @@ double tli_fan_distance(const tli_work *w, const tli_hood *h, const double place
     }
     simple = sqrt(simple);
     bool curve = w->verts[h->ends[0]].kind >= TLI_CURVE && w->verts[h->ends[1]].kind >= TLI_CURVE;
+    if (!curve && stays_flat(w, h, place)) return 0;
     if (curve) {
         bool v_stays = memcmp(place, w->verts[h->ends[1]].xyz, sizeof way) == 0;
         straight = v_stays ? -1 : straighten_curve(w, h, 1, moved);

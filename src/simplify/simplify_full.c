@@ -8,7 +8,6 @@ tl_status tli_order_queue(tli_work *w, size_t target)
     tl_lidx *verts = tl_mem_alloc(w->ctx, w->verts_live, sizeof *verts, &st);
     if (!st) st = tli_hand_create(w, 0, &hand);
     size_t first = w->tets_live;
-    for (size_t v = 0; v < w->vert_count; v++) w->verts[v].border = 0;
     while (!st && w->tets_live > target) { /* again while edges that were refused may be free now */
         size_t before = w->tets_live;
         st = tli_hand_queue(hand, verts, tli_work_list_live(w, verts));

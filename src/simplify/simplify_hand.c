@@ -2,6 +2,9 @@
  * edges of the vertex that stays. */
 #include "simplify/simplify_order.h"
 
+/* Slots of the table that tells neighbours seen before. */
+enum { TABLE = 128 };
+
 tl_status tli_hand_create(tli_work *work, unsigned bank, tli_hand **hand)
 {
     tl_status st = TL_OK;
@@ -28,53 +31,87 @@ void tli_hand_destroy(tli_hand *hand)
     tl_mem_free(ctx, hand);
 }
 
-/* Queues the edges from u to hand->near [count] that are cheap enough, and notes at u what the
- * others cost at least. */
-static tl_status queue_edges(tli_hand *hand, tl_lidx u, size_t count)
+static tl_status wait(tl_ctx *ctx, tli_edges *edges, tli_edge edge)
+{
+    tl_status st = TL_OK;
+    if (edges->count == edges->capacity) {
+        edges->capacity = edges->capacity ? edges->capacity / 4 * 5 : 512;
+        edges->edges = tl_mem_resize(ctx, edges->edges, edges->capacity, sizeof *edges->edges, &st);
+        if (st) return st;
+    }
+    edges->edges[edges->count++] = edge;
+    return TL_OK;
+}
+
+tl_status tli_hand_queue_from(tli_hand *hand, tl_lidx u, size_t count)
 {
     tli_work *w = hand->work;
     tl_status st = TL_OK;
-    float least = INFINITY;
     hand->cost(w, u, hand->near, count, hand->costs);
     for (size_t i = 0; !st && i < count; i++) {
         float cost = hand->costs[i];
-        if (cost < least) least = cost;
-        if (!(cost <= hand->cost_max)) continue;
         tl_lidx v = hand->near[i];
-        tli_queue_entry entry = {u, v, w->verts[u].version + w->verts[v].version};
-        st = tli_queue_push(hand->queue, (double)cost, entry);
+        uint32_t stamp = w->verts[u].version + w->verts[v].version;
+        bool at_border = hand->in_block && (w->verts[u].border || w->verts[v].border);
+        if (cost <= hand->cost_max && !at_border)
+            st =
+                tli_queue_push(hand->queue, tli_queue_bucket(cost), (tli_queue_entry){u, v, stamp});
+        else if (hand->later && cost <= FLT_MAX)
+            st = wait(w->ctx, hand->later,
+                      (tli_edge){u, v, (uint16_t)tli_queue_bucket(cost), (uint16_t)stamp});
     }
-    w->verts[u].cost_floor = least;
     return st;
+}
+
+tl_status tli_hand_queue_again(tli_hand *hand, const tli_edge *edges, size_t count)
+{
+    const tli_work *w = hand->work;
+    tl_status st = TL_OK;
+    uint32_t most = tli_queue_bucket((float)hand->cost_max);
+    for (size_t i = 0; !st && i < count; i++) {
+        tli_edge e = edges[i];
+        uint32_t stamp = w->verts[e.u].version + w->verts[e.v].version;
+        if (e.stamp != (uint16_t)stamp) continue;
+        if (e.cost <= most)
+            st = tli_queue_push(hand->queue, e.cost, (tli_queue_entry){e.u, e.v, stamp});
+        else
+            st = wait(w->ctx, hand->later, e);
+    }
+    return st;
+}
+
+/* Neighbours of u with larger numbers, each once, without marks: other workers may look at the same
+ * vertices. */
+static size_t larger_neighbours(const tli_work *w, tl_lidx u, tl_lidx *out)
+{
+    const tli_star *s = &w->verts[u].star;
+    tl_lidx table[TABLE];
+    size_t count = 0;
+    if (s->count > TLI_STAR_MAX) return 0;
+    memset(table, 0, sizeof table); /* no larger neighbour is vertex 0 */
+    for (uint32_t i = 0; i < s->count; i++)
+        for (int j = 0; j < 4; j++) {
+            tl_lidx v = w->tets[s->tets[i]][j];
+            if (v <= u) continue;
+            size_t slot = (v * 2654435761u) >> 25;
+            if (table[slot] == v) continue;
+            if (table[slot]) { /* taken by another one: look through all */
+                size_t k = 0;
+                while (k < count && out[k] != v) k++;
+                if (k < count) continue;
+            } else
+                table[slot] = v;
+            out[count++] = v;
+        }
+    return count;
 }
 
 tl_status tli_hand_queue(tli_hand *hand, const tl_lidx *verts, size_t count)
 {
-    tli_work *w = hand->work;
     tl_status st = TL_OK;
-    for (size_t i = 0; !st && i < count; i++) {
-        tli_vertex *u = &w->verts[verts[i]];
-        if (u->cost_floor > hand->cost_max) continue;
-        size_t n = tli_star_neighbours(w, verts[i], hand->block, hand->near), m = 0;
-        u->border = n == 0;
-        for (size_t j = 0; j < n; j++)
-            if (hand->near[j] > verts[i]) hand->near[m++] = hand->near[j];
-        if (m) st = queue_edges(hand, verts[i], m);
-    }
-    return st;
-}
-
-/* Fresh costs for all edges of a vertex that took another in; their other ends own some of them. */
-static tl_status queue_kept(tli_hand *hand, tl_lidx kept)
-{
-    const tli_hood *hood = hand->hood;
-    size_t n = hood->vert_count - 2u;
-    memcpy(hand->near, hood->verts + 2, n * sizeof *hand->near);
-    tl_status st = queue_edges(hand, kept, n);
-    for (size_t i = 0; i < n; i++) {
-        float *floor = &hand->work->verts[hand->near[i]].cost_floor;
-        if (hand->costs[i] < *floor) *floor = hand->costs[i];
-    }
+    for (size_t i = 0; !st && i < count; i++)
+        st = tli_hand_queue_from(hand, verts[i],
+                                 larger_neighbours(hand->work, verts[i], hand->near));
     return st;
 }
 
@@ -92,6 +129,12 @@ static void prefetch(const tli_hand *hand)
         __builtin_prefetch(w->verts[e->u].star.tets);
         __builtin_prefetch(w->verts[e->v].star.tets);
     }
+    e = tli_queue_peek(hand->queue, 0);
+    if (!e || e->stamp != w->verts[e->u].version + w->verts[e->v].version) return;
+    for (int side = 0; side < 2; side++) {
+        const tli_star *s = &w->verts[side ? e->v : e->u].star;
+        for (uint32_t i = 0; i < s->count; i++) __builtin_prefetch(w->tets[s->tets[i]]);
+    }
 }
 
 tl_status tli_hand_collapse(tli_hand *hand, tli_queue_entry edge, bool *done)
@@ -99,8 +142,8 @@ tl_status tli_hand_collapse(tli_hand *hand, tli_queue_entry edge, bool *done)
     tli_work *w = hand->work;
     tli_verdict verdict;
     uint32_t gone;
-    tl_status st = tli_collapse_edge(w, hand->hood, hand->bank, hand->block, edge.u, edge.v,
-                                     &verdict, &hand->kept, &gone);
+    tl_status st =
+        tli_collapse_edge(w, hand->hood, hand->bank, edge.u, edge.v, &verdict, &hand->kept, &gone);
     *done = !st && verdict == TLI_DONE;
     if (st) return st;
     hand->verdicts[verdict]++;
@@ -121,10 +164,13 @@ tl_status tli_hand_run(tli_hand *hand, size_t tets_max)
         bool done;
         prefetch(hand);
         const tli_vertex *u = &w->verts[e.u], *v = &w->verts[e.v];
-        if (e.stamp != u->version + v->version || v->border || u->border) continue;
+        if (e.stamp != u->version + v->version) continue;
         hand->cost_now = tli_queue_level(hand->queue);
         st = tli_hand_collapse(hand, e, &done);
-        if (!st && done) st = queue_kept(hand, hand->kept);
+        if (st || !done) continue;
+        size_t near = hand->hood->vert_count - 2u;
+        memcpy(hand->near, hand->hood->verts + 2, near * sizeof *hand->near);
+        st = tli_hand_queue_from(hand, hand->kept, near);
     }
     return st;
 }

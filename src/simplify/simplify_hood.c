@@ -54,13 +54,6 @@ static inline unsigned corner_of(const tl_lidx q[4], tl_lidx v)
     return (unsigned)((q[1] == v) | (q[2] == v) << 1 | (q[3] == v) * 3u);
 }
 
-/* Vertices of other blocks must not even be marked: their workers may be marking them. */
-static inline bool foreign(const tli_work *w, const tli_hood *h, const tl_lidx q[4])
-{
-    return h->block && (w->verts[q[0]].block != h->block || w->verts[q[1]].block != h->block ||
-                        w->verts[q[2]].block != h->block || w->verts[q[3]].block != h->block);
-}
-
 /* The star of u: tets with v to gone, the others to sides[0]. */
 static tli_verdict gather_u(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
 {
@@ -68,7 +61,6 @@ static tli_verdict gather_u(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
     for (uint32_t i = 0; i < s->count; i++) {
         tl_lidx t = s->tets[i];
         const tl_lidx *q = w->tets[t];
-        if (foreign(w, h, q)) return TLI_NO_BLOCK;
         const uint8_t *f = FACE_VERTS[corner_of(q, u)];
         uint16_t l[3] = {local(w, h, q[f[0]]), local(w, h, q[f[1]]), local(w, h, q[f[2]])};
         h->flags[l[0]] |= AT_U;
@@ -99,7 +91,6 @@ static tli_verdict gather_v(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
         tl_lidx t = s->tets[i];
         const tl_lidx *q = w->tets[t];
         if (q[0] == u || q[1] == u || q[2] == u || q[3] == u) continue;
-        if (foreign(w, h, q)) return TLI_NO_BLOCK;
         const uint8_t *f = FACE_VERTS[corner_of(q, v)];
         tli_hood_tet *to = &h->sides[1][h->side_counts[1]++];
         to->tet = t;
@@ -123,12 +114,13 @@ static bool same_triple(const uint16_t a[3], const uint16_t b[3])
 /* Edges of both links have to be edges of the ring: a tet with u and v holds them. */
 static bool ring_edges_fine(tli_hood *h)
 {
-    uint64_t at_u[TLI_RING_MAX] = {0}, ring[TLI_RING_MAX] = {0};
+    uint64_t at_u[TLI_RING_MAX], ring[TLI_RING_MAX];
     uint16_t slot[TLI_HOOD_VERTS];
     unsigned ring_count = 0;
     for (uint16_t l = 2; l < h->vert_count; l++) {
         if (!(h->flags[l] & ON_RING)) continue;
         if (ring_count == TLI_RING_MAX) return false;
+        at_u[ring_count] = ring[ring_count] = 0;
         slot[l] = (uint16_t)ring_count++;
     }
     for (uint32_t i = 0; i < h->gone_count; i++) {
@@ -283,12 +275,11 @@ static bool curve_link_fine(const tli_hood *h)
     return true;
 }
 
-tli_verdict tli_hood_gather(tli_work *w, tli_hood *h, uint16_t block, tl_lidx u, tl_lidx v)
+tli_verdict tli_hood_gather(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
 {
     uint8_t cu = w->verts[u].kind, cv = w->verts[v].kind;
     h->ends[0] = u;
     h->ends[1] = v;
-    h->block = block;
     h->vert_count = 0;
     h->side_counts[0] = h->side_counts[1] = h->gone_count = h->fan_count = 0;
     if (cu == TLI_FROZEN || cv == TLI_FROZEN || (cu == TLI_CORNER && cv == TLI_CORNER))

@@ -23,7 +23,6 @@ typedef struct tli_fan_face {
 /* Local vertices 0 and 1 are the ends u and v of the edge. */
 struct tli_hood {
     tl_lidx ends[2];
-    uint16_t block; /* 0: any vertex may be touched */
     tl_lidx verts[TLI_HOOD_VERTS];
     uint8_t flags[TLI_HOOD_VERTS];
     uint16_t vert_count;
@@ -48,7 +47,7 @@ struct tli_hood {
 
 /* simplify_hood.c: fills the hood and checks the topology (link condition with the boundary's dummy
  * vertex, Sondershaus 2007, 3.1.3; the same in the surface complex). */
-tli_verdict tli_hood_gather(tli_work *work, tli_hood *hood, uint16_t block, tl_lidx u, tl_lidx v);
+tli_verdict tli_hood_gather(tli_work *work, tli_hood *hood, tl_lidx u, tl_lidx v);
 /* Lists the surface faces at both ends; false when there are too many. */
 bool tli_hood_list_fan(const tli_work *work, tli_hood *hood);
 

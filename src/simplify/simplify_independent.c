@@ -23,7 +23,7 @@ static tl_status queue_edge(tli_hand *hand, tl_lidx u, tl_lidx v)
     hand->cost(w, u, &v, 1, &cost);
     if (!(cost <= hand->cost_max)) return TL_OK;
     tli_queue_entry entry = {u, v, w->verts[u].version + w->verts[v].version};
-    return tli_queue_push(hand->queue, (double)cost, entry);
+    return tli_queue_push(hand->queue, tli_queue_bucket(cost), entry);
 }
 
 /* The edges opposite the vertex that stays. */
@@ -65,7 +65,7 @@ static double threshold_of(tli_hand *hand, const tl_lidx *verts, size_t count, u
     size_t n = 0;
     for (size_t i = 0; i < SAMPLES; i++) {
         tl_lidx u = verts[(i * count / SAMPLES + run * 7919u) % count];
-        size_t near = tli_star_neighbours(hand->work, u, 0, hand->near);
+        size_t near = tli_star_neighbours(hand->work, u, hand->near);
         if (!near) continue;
         tl_lidx v = hand->near[run % near];
         float cost;
@@ -85,7 +85,7 @@ static tl_status one_run(tli_hand *hand, const tl_lidx *verts, size_t count, siz
     for (size_t i = 0; !st && i < count && hand->tets_gone < tets_max; i++) {
         tl_lidx u = verts[i];
         if (w->verts[u].merged != u || marked(w, u)) continue;
-        size_t near = tli_star_neighbours(w, u, 0, hand->near), best = 0;
+        size_t near = tli_star_neighbours(w, u, hand->near), best = 0;
         if (!near) continue;
         hand->cost(w, u, hand->near, near, hand->costs);
         for (size_t j = 1; j < near; j++)

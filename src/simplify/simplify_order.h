@@ -33,6 +33,17 @@ tl_status tli_held_add(void *held, const tl_collapse *collapse);
 tl_status tli_held_tell(tli_held *held, tl_collapse_fn listener, void *user);
 void tli_held_release(tli_held *held);
 
+/* An edge that waits for a later round. */
+typedef struct tli_edge {
+    tl_lidx u, v;
+    uint16_t cost;  /* leading bits of the float32 */
+    uint16_t stamp; /* of the sum of versions */
+} tli_edge;
+typedef struct tli_edges {
+    tli_edge *edges;
+    size_t count, capacity;
+} tli_edges;
+
 /* What one worker needs to collapse edges on its own. simplify_hand.c */
 typedef struct tli_hand {
     tli_work *work;
@@ -40,11 +51,12 @@ typedef struct tli_hand {
     tli_queue *queue;
     tli_star_bank *bank;
     tli_cost_fn cost;
-    uint16_t block;  /* 0: the whole mesh */
-    double cost_max; /* edges above it are left alone */
-    double cost_now; /* of the collapse at hand, for the listener */
-    tl_lidx kept;    /* of the last collapse */
-    tli_log *log;    /* own_log, unless the order sets another */
+    bool in_block;    /* edges to border vertices wait */
+    double cost_max;  /* edges above it are left alone */
+    double cost_now;  /* of the collapse at hand, for the listener */
+    tl_lidx kept;     /* of the last collapse */
+    tli_edges *later; /* receives edges that cost more than cost_max; NULL: they are forgotten */
+    tli_log *log;     /* own_log, unless the order sets another */
     tli_log own_log;
     size_t tets_gone, verts_gone, verdicts[TLI_VERDICT_COUNT]; /* since the last settling */
     tl_lidx near[3 * TLI_STAR_MAX];
@@ -54,9 +66,14 @@ typedef struct tli_hand {
 /* worker: number of the bank that it may use. */
 tl_status tli_hand_create(tli_work *work, unsigned worker, tli_hand **hand);
 void tli_hand_destroy(tli_hand *hand);
-/* Queues the edges of the vertices verts [count] that lie inside of the block and may cost no more
- * than cost_max, each once. */
+/* Queues the edges of the vertices verts [count], each once, or lets them wait. Several hands may
+ * do so at a time for vertices of different blocks. */
 tl_status tli_hand_queue(tli_hand *hand, const tl_lidx *verts, size_t count);
+/* Queues the edges from u to hand->near [count], or lays them aside where they cost too much now.
+ */
+tl_status tli_hand_queue_from(tli_hand *hand, tl_lidx u, size_t count);
+/* Queues edges that waited, or lets them wait on; drops old ones. */
+tl_status tli_hand_queue_again(tli_hand *hand, const tli_edge *edges, size_t count);
 /* Collapses queued edges, cheapest first, until the queue is empty or tets_gone reaches tets_max.
  */
 tl_status tli_hand_run(tli_hand *hand, size_t tets_max);
@@ -65,9 +82,22 @@ tl_status tli_hand_collapse(tli_hand *hand, tli_queue_entry edge, bool *done);
 /* Adds what the hand did to the working mesh's counts and tells its own log. */
 tl_status tli_hand_settle(tli_hand *hand);
 
+/* ---- edges that wait, by blocks: simplify_pool.c ---- */
+
+/* Edges in lists whose order does not depend on threads. */
+typedef struct tli_pool {
+    tli_edges *lists; /* [list_count] */
+    size_t list_count;
+} tli_pool;
+
+/* Deals the edges to lists by block: list b (1 .. block_count) has those that lie inside of block b
+ * with all their neighbours, list 0 those that lie in none. */
+tl_status tli_pool_deal(tli_work *work, tli_pool *pool, size_t block_count);
+void tli_pool_release(tl_ctx *ctx, tli_pool *pool);
+
 /* Divides vertices into blocks of about block_max by planes that lie elsewhere in each round; sets
- * their block numbers, 1 .. *block_count, reorders verts by block (inside a block the order stays)
- * and gives starts [*block_count + 1]. simplify_partition.c */
+ * block numbers, 1 .. *block_count, and which vertices are at a border; reorders verts by block and
+ * gives starts [*block_count + 1] into them. simplify_partition.c */
 tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t block_max,
                         unsigned round, size_t **starts, size_t *block_count);
 

@@ -2,7 +2,8 @@
  * places in each round, so that what is a border now is inside later. */
 #include "simplify/simplify_order.h"
 
-enum { BINS = 512 };
+/* About as many blocks at most: their number has 16 bits, and tables are its square. */
+enum { BINS = 512, BLOCKS_MAX = 2000 };
 
 typedef struct place {
     float at[3];
@@ -37,6 +38,12 @@ static float split_at(const place *p, size_t count, int axis, float lo, float hi
     return lo + (float)(b + 1) / scale;
 }
 
+static void set_block(tli_vertex *v, uint16_t block)
+{
+    v->block = block;
+    v->border = 0;
+}
+
 static tl_status add_block(cutter *c, size_t begin, size_t end)
 {
     tl_status st = TL_OK;
@@ -49,7 +56,7 @@ static tl_status add_block(cutter *c, size_t begin, size_t end)
     c->starts[c->block_count++] = begin;
     c->starts[c->block_count] = end;
     for (size_t i = begin; i < end; i++)
-        c->work->verts[c->places[i].vert].block = (uint16_t)c->block_count;
+        set_block(&c->work->verts[c->places[i].vert], (uint16_t)c->block_count);
     return TL_OK;
 }
 
@@ -80,12 +87,28 @@ static tl_status cut(cutter *c, size_t begin, size_t end, int depth)
     return st ? st : cut(c, low, end, depth + 1);
 }
 
+/* A tet with vertices of several blocks makes all of them border vertices. */
+static tl_status mark_borders(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    tli_work *w = arg;
+    (void)worker;
+    for (size_t t = begin; t < end; t++) {
+        const tl_lidx *q = w->tets[t];
+        if (q[0] == TL_NONE) continue;
+        uint16_t b = w->verts[q[0]].block;
+        if (w->verts[q[1]].block == b && w->verts[q[2]].block == b && w->verts[q[3]].block == b)
+            continue;
+        for (int j = 0; j < 4; j++) __atomic_store_n(&w->verts[q[j]].border, 1, __ATOMIC_RELAXED);
+    }
+    return TL_OK;
+}
+
 tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t block_max,
                         unsigned round, size_t **starts, size_t *block_count)
 {
     tl_status st = TL_OK;
     cutter c = {.work = work, .block_max = block_max, .state = round + 1};
-    if (count / block_max > 20000) c.block_max = count / 20000; /* block numbers have 16 bits */
+    if (count / block_max > BLOCKS_MAX) c.block_max = count / BLOCKS_MAX;
     c.places = tl_mem_alloc(work->ctx, count, sizeof *c.places, &st);
     c.spare = tl_mem_alloc(work->ctx, count, sizeof *c.spare, &st);
     for (size_t i = 0; !st && i < count; i++) {
@@ -98,6 +121,7 @@ tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t blo
     for (size_t i = 0; !st && i < count; i++) verts[i] = c.places[i].vert;
     tl_mem_free(work->ctx, c.spare);
     tl_mem_free(work->ctx, c.places);
+    if (!st) st = tli_parallel(work->ctx, work->tet_count, 65536, mark_borders, work);
     *starts = c.starts;
     *block_count = c.block_count;
     return st;

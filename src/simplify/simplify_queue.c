@@ -39,17 +39,8 @@ void tli_queue_destroy(tl_ctx *ctx, tli_queue *queue)
     tl_mem_free(ctx, queue);
 }
 
-static uint32_t bucket_of(double cost)
+tl_status tli_queue_push(tli_queue *queue, uint32_t b, tli_queue_entry entry)
 {
-    float f = (float)cost;
-    uint32_t bits;
-    memcpy(&bits, &f, sizeof bits);
-    return bits >> BUCKET_SHIFT;
-}
-
-tl_status tli_queue_push(tli_queue *queue, double cost, tli_queue_entry entry)
-{
-    uint32_t b = bucket_of(cost);
     chunk *c = queue->buckets[b];
     if (!c || c->count == CHUNK_ENTRIES) {
         chunk *fresh = queue->spare;

@@ -5,6 +5,8 @@
 #ifndef TETRALOD_SRC_SIMPLIFY_QUEUE_H
 #define TETRALOD_SRC_SIMPLIFY_QUEUE_H
 
+#include <string.h>
+
 #include "base/base.h"
 
 typedef struct tli_queue tli_queue;
@@ -16,8 +18,14 @@ typedef struct tli_queue_entry {
 
 tl_status tli_queue_create(tl_ctx *ctx, tli_queue **queue);
 void tli_queue_destroy(tl_ctx *ctx, tli_queue *queue);
-/* cost >= 0 and finite. */
-tl_status tli_queue_push(tli_queue *queue, double cost, tli_queue_entry entry);
+/* Bucket of a cost >= 0: it rises with the cost and fits 16 bits. */
+static inline uint32_t tli_queue_bucket(float cost)
+{
+    uint32_t bits;
+    memcpy(&bits, &cost, sizeof bits);
+    return bits >> 18;
+}
+tl_status tli_queue_push(tli_queue *queue, uint32_t bucket, tli_queue_entry entry);
 /* Pops an entry of the lowest bucket; false when the queue is empty. */
 bool tli_queue_pop(tli_queue *queue, tli_queue_entry *entry);
 /* The entry that comes after the next pops, for prefetching; NULL when the chunk at hand ends. */

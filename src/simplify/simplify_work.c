@@ -66,7 +66,7 @@ static tl_status copy_tets(tli_work *w, const tl_mesh *mesh, const tl_lidx *rank
         w->tets[to][1] = b;
         w->tets[to][2] = c;
         w->tets[to][3] = d;
-        w->tet_origin[to] = (tl_lidx)t;
+        if (w->tet_origin) w->tet_origin[to] = (tl_lidx)t;
         if (regions) w->regions[to] = regions[t];
     }
     tl_mem_free(w->ctx, starts);
@@ -90,6 +90,13 @@ static tl_status set_stars(tli_work *w)
     return st;
 }
 
+bool tli_has_tet_channels(const tl_mesh *mesh)
+{
+    for (size_t i = 0; i < tl_mesh_channel_count(mesh); i++)
+        if (tl_mesh_channel(mesh, i)->on == TL_ON_TET) return true;
+    return false;
+}
+
 /* Scale, rounding and boundary error from the bounding box of the vertices in use. */
 static void set_size(tli_work *w, const tl_simplify_opts *opts)
 {
@@ -111,13 +118,13 @@ static void set_size(tli_work *w, const tl_simplify_opts *opts)
     w->boundary_error = opts->boundary_error < 0 ? BOUNDARY_ERROR * diagonal : opts->boundary_error;
 }
 
-static void alloc_arrays(tli_work *w, bool with_regions, tl_status *st)
+static void alloc_arrays(tli_work *w, bool with_regions, bool with_origins, tl_status *st)
 {
     tl_ctx *ctx = w->ctx;
     size_t n = w->vert_count, m = w->tet_count;
     w->tets = tl_mem_alloc(ctx, m, sizeof *w->tets, st);
     w->faces = tl_mem_zalloc(ctx, m, sizeof *w->faces, st);
-    w->tet_origin = tl_mem_alloc(ctx, m, sizeof *w->tet_origin, st);
+    if (with_origins) w->tet_origin = tl_mem_alloc(ctx, m, sizeof *w->tet_origin, st);
     if (with_regions) w->regions = tl_mem_alloc(ctx, m, sizeof *w->regions, st);
     w->verts = tl_mem_zalloc(ctx, n, sizeof *w->verts, st);
     w->values = tl_mem_alloc(ctx, n * w->components, sizeof *w->values, st);
@@ -180,7 +187,7 @@ tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_op
     w->placement = opts->placement;
     w->listener = opts->listener;
     w->listener_user = opts->listener_user;
-    alloc_arrays(w, tl_mesh_regions(mesh) != NULL, &st);
+    alloc_arrays(w, tl_mesh_regions(mesh) != NULL, tli_has_tet_channels(mesh), &st);
     if (!st) st = fill(w, mesh, opts, channel_scales);
     if (st) {
         tli_work_destroy(w);

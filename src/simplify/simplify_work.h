@@ -33,7 +33,6 @@ typedef enum tli_verdict {
     TLI_NO_SHAPE,    /* would turn or flatten a tet */
     TLI_NO_BOUNDARY, /* would move a surface too far */
     TLI_NO_ERROR,    /* would break the error bound at an original vertex */
-    TLI_NO_BLOCK,    /* touches vertices of another block */
     TLI_NO_ROOM,     /* too many tets around the edge */
     TLI_VERDICT_COUNT
 } tli_verdict;
@@ -64,7 +63,6 @@ typedef struct tli_vertex {
     tl_lidx origin;   /* index in the input */
     tl_lidx merged;   /* vertex this one went into; itself while it lives; TL_NONE if of no tet */
     float surface_bound; /* distance between the faces at this vertex and the input's, mesh units */
-    float cost_floor;    /* no edge that this vertex is to queue costs less */
     uint8_t kind;        /* tli_class */
     uint8_t border;      /* in its block, with a neighbour outside */
 } tli_vertex;
@@ -78,7 +76,7 @@ typedef struct tli_work {
     tl_lidx (*tets)[4];  /* tets[t][0] is TL_NONE when the tet is gone */
     uint8_t *faces;      /* bit f: face f lies on a surface; bit 4 + f: on the boundary */
     int32_t *regions;    /* or NULL */
-    tl_lidx *tet_origin; /* index in the input */
+    tl_lidx *tet_origin; /* index in the input; NULL when no channel on tets asks for it */
 
     tli_vertex *verts;
     double *values;  /* [vert_count][components], scaled: the largest range is 1 times the weight */
@@ -124,6 +122,7 @@ typedef struct tli_hood tli_hood;
 tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
                           const double *channel_scales, tli_work **work);
 void tli_work_destroy(tli_work *work);
+bool tli_has_tet_channels(const tl_mesh *mesh);
 /* verts [verts_live] receives the vertices that are left, ascending; returns their number. */
 size_t tli_work_list_live(const tli_work *work, tl_lidx *verts);
 /* The largest distance that a surface may have moved, mesh units. */
@@ -147,14 +146,13 @@ static inline void tli_work_round_values(tli_work *work, tl_lidx v, const double
 /* simplify_collapse.c */
 tl_status tli_hood_create(tl_ctx *ctx, const tli_work *work, tli_hood **hood);
 void tli_hood_destroy(tl_ctx *ctx, tli_hood *hood);
-/* Collapses the edge u v if all is well; block 0: no block is respected. bank gives star memory.
+/* Collapses the edge u v if all is well; bank gives star memory.
  * *tets_gone receives the number of tets that vanished. On TLI_DONE *kept is the vertex that stays.
  */
-tl_status tli_collapse_edge(tli_work *work, tli_hood *hood, tli_star_bank *bank, uint16_t block,
-                            tl_lidx u, tl_lidx v, tli_verdict *verdict, tl_lidx *kept,
-                            uint32_t *tets_gone);
+tl_status tli_collapse_edge(tli_work *work, tli_hood *hood, tli_star_bank *bank, tl_lidx u,
+                            tl_lidx v, tli_verdict *verdict, tl_lidx *kept, uint32_t *tets_gone);
 /* Neighbours of u, each once, into out [3 * TLI_STAR_MAX]; returns their number, 0 when the star is
- * too large or has a vertex outside of the block (block 0: the whole mesh). */
-size_t tli_star_neighbours(tli_work *work, tl_lidx u, uint16_t block, tl_lidx *out);
+ * too large. */
+size_t tli_star_neighbours(tli_work *work, tl_lidx u, tl_lidx *out);
 
 #endif
