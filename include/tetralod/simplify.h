@@ -45,7 +45,9 @@ typedef struct tl_simplify_opts {
     size_t target_tets; /* stop at or below that many tets; default 0: no target */
     double ratio;       /* the same as a fraction of the input's; default 0: no target */
     double error;       /* bound of every channel at every original vertex, as a fraction of its
-                           range; default 0: none. Without a target, simplifies as far as it allows */
+                           range (where vectors are equally long, of the widest range of a
+                           component); default 0: none. Without a target, simplifies as far as it
+                           allows */
     double
         boundary_error; /* distance in mesh units between old and new boundary and interfaces that
                            must not be passed; default -1: 0.1 % of the diagonal. 0 keeps them */
@@ -57,7 +59,8 @@ typedef struct tl_simplify_opts {
     double min_quality;    /* mean ratio that no new tet falls below, unless one before was worse;
                               default 0.01 */
     uint64_t seed;         /* of the randomized order; default 1 */
-    tl_collapse_fn listener; /* default NULL */
+    tl_collapse_fn listener; /* default NULL. With an error bound it is called at the end, when
+                                the bound is known to hold */
     void *listener_user;
 } tl_simplify_opts;
 TL_API tl_simplify_opts tl_simplify_opts_defaults(void);

@@ -15,6 +15,9 @@
  * again. */
 static const double TIGHTEN = 0.8;
 enum { TRIES_MAX = 6 };
+/* Vectors whose lengths differ by less than this part of the widest range of a component count as
+ * equally long. */
+static const double EQUAL_LENGTHS = 1e-3;
 
 tl_simplify_opts tl_simplify_opts_defaults(void)
 {
@@ -33,6 +36,7 @@ typedef struct plan {
     double *scales, *bounds; /* [opts.channel_count]; bounds in the channels' units */
     bool bounded;
     size_t target;
+    tli_held held; /* collapses of the try at hand, where there is a listener and a bound */
 } plan;
 
 static tl_status check_opts(const plan *p)
@@ -76,6 +80,26 @@ static tl_status name_channels(plan *p)
     return TL_OK;
 }
 
+/* What errors of a channel are fractions of: its range or, where the lengths of vectors are all but
+ * equal, the widest range of a component. */
+static double channel_width(const tl_channel *c, size_t count)
+{
+    double range[2], widest = 0;
+    tl_channel_range(c, count, range, NULL);
+    double width = range[1] - range[0];
+    for (uint32_t k = 0; c->components > 1 && k < c->components; k++) {
+        double lo = INFINITY, hi = -INFINITY;
+        for (size_t v = 0; v < count; v++) {
+            double value = c->values[v * c->components + k];
+            if (!isfinite(value)) continue;
+            lo = fmin(lo, value);
+            hi = fmax(hi, value);
+        }
+        if (hi - lo > widest) widest = hi - lo;
+    }
+    return width > EQUAL_LENGTHS * widest ? width : widest;
+}
+
 /* Scale and bound of each steering channel. */
 static tl_status weigh_channels(plan *p)
 {
@@ -86,7 +110,6 @@ static tl_status weigh_channels(plan *p)
     for (size_t i = 0; !st && i < p->opts.channel_count; i++) {
         const tl_simplify_channel *s = &p->channels[i];
         const tl_channel *c = s->name ? tl_mesh_channel_by_name(p->mesh, s->name) : NULL;
-        double range[2];
         if (!c || c->on != TL_ON_VERTEX)
             return tl_fail(p->ctx, TL_ERR_DATA, "the mesh has no channel '%s' on vertices",
                            s->name ? s->name : "(null)");
@@ -95,12 +118,13 @@ static tl_status weigh_channels(plan *p)
                 p->ctx, TL_ERR_ARG,
                 "channel '%s': weight %g and error %g, expected more than 0 and 0 or more", s->name,
                 s->weight, s->error);
-        tl_channel_range(c, tl_mesh_vert_count(p->mesh), range, NULL);
-        double width = range[1] - range[0];
+        double width = channel_width(c, tl_mesh_vert_count(p->mesh));
         p->scales[i] = width > 0 && isfinite(s->weight / width) ? s->weight / width : 0;
         p->bounds[i] = s->error > 0 ? s->error : INFINITY;
         if (p->opts.error > 0) p->bounds[i] = fmin(p->bounds[i], p->opts.error * width);
-        if (width > 0) p->bounded = p->bounded || isfinite(p->bounds[i]);
+        if (!(p->scales[i] > 0)) p->bounds[i] = INFINITY; /* a constant can't break a bound */
+        p->bounded = p->bounded || isfinite(p->bounds[i]);
+        p->held.components += c->components;
         components += c->components;
     }
     if (!st && components > TLI_COMPONENTS_MAX)
@@ -121,13 +145,22 @@ static tl_status make_plan(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_o
     p->target = p->opts.target_tets;
     if (p->opts.ratio > 0 && (!p->target || by_ratio < p->target))
         p->target = by_ratio ? by_ratio : 1;
-    if (!p->target && !p->bounded)
+    bool error_given = p->opts.error > 0;
+    for (size_t i = 0; i < p->opts.channel_count; i++)
+        error_given = error_given || p->channels[i].error > 0;
+    if (!p->target && !error_given)
         return tl_fail(ctx, TL_ERR_ARG, "neither a number of tets, a ratio nor an error is given");
+    p->held.ctx = ctx;
+    if (p->bounded && opts->listener) {
+        p->opts.listener = tli_held_add;
+        p->opts.listener_user = &p->held;
+    }
     return TL_OK;
 }
 
 static void drop_plan(plan *p)
 {
+    tli_held_release(&p->held);
     tl_mem_free(p->ctx, p->bounds);
     tl_mem_free(p->ctx, p->scales);
     tl_mem_free(p->ctx, p->channels);
@@ -238,20 +271,38 @@ static bool bounds_hold(const plan *p, const tl_simplify_result *r)
     return true;
 }
 
-/* Refits values and measures; where a bound would break, the values before the refit come back. */
+/* Channels of the mesh whose values keep a bound as they are: a least-squares fit might break it.
+ */
+static tl_status list_bounded(const plan *p, uint8_t **held)
+{
+    tl_status st = TL_OK;
+    *held = tl_mem_zalloc(p->ctx, tl_mesh_channel_count(p->mesh), 1, &st);
+    for (size_t i = 0; !st && i < p->opts.channel_count; i++)
+        for (size_t j = 0; isfinite(p->bounds[i]) && j < tl_mesh_channel_count(p->mesh); j++) {
+            const tl_channel *c = tl_mesh_channel(p->mesh, j);
+            if (c == tl_mesh_channel_by_name(p->mesh, p->channels[i].name)) (*held)[j] = 1;
+        }
+    return st;
+}
+
+/* The values of tets and of vertices without a bound, then the errors of all. */
 static tl_status finish_values(const plan *p, const tli_work *w, tl_mesh *out, const tl_lidx *hints,
                                tl_simplify_result *r)
 {
     places at = {0};
-    uint8_t *keep = NULL;
-    tl_status st = find_places(p, out, hints, &at);
-    if (!st) st = list_kept(p, w, out, &keep);
-    if (!st) st = tli_average_tets(p->ctx, p->mesh, out, at.locator, hints);
-    if (!st && !p->bounded)
-        st = tli_refit(p->ctx, p->mesh, out, at.tets, (const double(*)[4])at.weights, keep);
+    uint8_t *keep = NULL, *held = NULL;
     double start = tli_clock_s();
+    tl_status st = find_places(p, out, hints, &at);
+    r->measure_seconds += tli_clock_s() - start;
+    if (!st) st = list_kept(p, w, out, &keep);
+    if (!st) st = list_bounded(p, &held);
+    if (!st) st = tli_average_tets(p->ctx, p->mesh, out, at.locator, hints);
+    if (!st)
+        st = tli_refit(p->ctx, p->mesh, out, at.tets, (const double(*)[4])at.weights, keep, held);
+    start = tli_clock_s();
     if (!st) st = measure(p, out, &at, r);
     r->measure_seconds += tli_clock_s() - start;
+    tl_mem_free(p->ctx, held);
     tl_mem_free(p->ctx, keep);
     drop_places(p, &at);
     return st;
@@ -298,12 +349,14 @@ tl_status tl_mesh_simplify(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_o
     if (!st) r.channels = tl_mem_zalloc(ctx, tl_mesh_channel_count(mesh), sizeof *r.channels, &st);
     double tighten = 1;
     for (int i = 0; !st; i++, tighten *= TIGHTEN) {
+        p.held.count = 0;
         st = simplify_once(&p, tighten, out, &r);
         if (st || bounds_hold(&p, &r)) break;
         if (i == TRIES_MAX) st = tl_fail(ctx, TL_ERR_DATA, "the error bound can't be held");
         tl_mesh_destroy(*out);
         *out = NULL;
     }
+    if (!st) st = tli_held_tell(&p.held, opts->listener, opts->listener_user);
     if (!st) {
         r.tets_in = tl_mesh_tet_count(mesh);
         r.vertices_in = tl_mesh_vert_count(mesh);

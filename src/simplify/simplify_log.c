@@ -45,3 +45,38 @@ void tli_log_release(tl_ctx *ctx, tli_log *log)
     tl_mem_free(ctx, log->records);
     *log = (tli_log){0};
 }
+
+tl_status tli_held_add(void *user, const tl_collapse *collapse)
+{
+    tli_held *h = user;
+    tl_status st = TL_OK;
+    if (h->count == h->capacity) {
+        size_t capacity = h->capacity ? 2 * h->capacity : 1024;
+        h->records = tl_mem_resize(h->ctx, h->records, capacity, sizeof *h->records, &st);
+        h->values =
+            tl_mem_resize(h->ctx, h->values, capacity * h->components, sizeof *h->values, &st);
+        if (st) return st;
+        h->capacity = capacity;
+    }
+    h->records[h->count] = *collapse;
+    memcpy(h->values + h->count * h->components, collapse->values,
+           h->components * sizeof *h->values);
+    h->count++;
+    return TL_OK;
+}
+
+tl_status tli_held_tell(tli_held *h, tl_collapse_fn listener, void *user)
+{
+    tl_status st = TL_OK;
+    for (size_t i = 0; !st && i < h->count; i++) {
+        h->records[i].values = h->values + i * h->components;
+        st = listener(user, &h->records[i]);
+    }
+    return st;
+}
+
+void tli_held_release(tli_held *h)
+{
+    tl_mem_free(h->ctx, h->values);
+    tl_mem_free(h->ctx, h->records);
+}

@@ -20,6 +20,19 @@ tl_status tli_log_add(tli_log *log, const tli_work *work, tl_lidx kept, tl_lidx 
 tl_status tli_log_tell(tli_log *log, const tli_work *work);
 void tli_log_release(tl_ctx *ctx, tli_log *log);
 
+/* Collapses kept back from the listener while the try that made them may still be thrown away; ctx
+ * and components are set by the owner. simplify_log.c */
+typedef struct tli_held {
+    tl_ctx *ctx;
+    tl_collapse *records;
+    double *values; /* [capacity][components] */
+    size_t components, count, capacity;
+} tli_held;
+/* A tl_collapse_fn. */
+tl_status tli_held_add(void *held, const tl_collapse *collapse);
+tl_status tli_held_tell(tli_held *held, tl_collapse_fn listener, void *user);
+void tli_held_release(tli_held *held);
+
 /* What one worker needs to collapse edges on its own. simplify_hand.c */
 typedef struct tli_hand {
     tli_work *work;

@@ -18,10 +18,10 @@ tl_status tli_pack(const tli_work *work, const tl_mesh *mesh, const tl_simplify_
                    const double *channel_scales, tl_mesh **out, tl_lidx **hints);
 
 /* Refits the vertex channels of a simplified mesh by least squares over the original vertices,
- * located by tets [original vertices] and weights; vertices with keep[v] != 0 stay. Values of out
- * change in place. simplify_refit.c */
+ * located by tets [original vertices] and weights; vertices with keep[v] != 0 and channels with
+ * held[i] != 0 stay. Values of out change in place. simplify_refit.c */
 tl_status tli_refit(tl_ctx *ctx, const tl_mesh *original, tl_mesh *out, const tl_lidx *tets,
-                    const double (*weights)[4], const uint8_t *keep);
+                    const double (*weights)[4], const uint8_t *keep, const uint8_t *held);
 
 /* Tet channels of floating-point type become volume-weighted means over the original tets whose
  * centroids lie in each new one. simplify_refit.c */

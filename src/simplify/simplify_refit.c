@@ -20,8 +20,9 @@ typedef struct refit {
     tl_mesh *out;
     const tl_lidx *tets;
     const double (*weights)[4];
-    const uint8_t *keep;
-    double *diagonal; /* [out vertices] */
+    const uint8_t *keep; /* [out vertices] */
+    const uint8_t *held; /* [channels] */
+    double *diagonal;    /* [out vertices] */
 } refit;
 
 /* to = W'W from + PULL D from over the original vertices, 0 where a vertex is kept. */
@@ -97,10 +98,10 @@ static void solve(const refit *r, const tl_channel *f, const tl_channel *x, uint
         if (isfinite(change[i])) values[i * x->components + k] += change[i];
 }
 
-typedef struct refit_job {
-    const refit *refit;
-    size_t first; /* component in the row of all components */
-} refit_job;
+static bool refitted(const refit *r, size_t channel)
+{
+    return r->original->channels[channel].on == TL_ON_VERTEX && !r->held[channel];
+}
 
 static tl_status refit_component(void *arg, size_t begin, size_t end, unsigned worker)
 {
@@ -112,7 +113,7 @@ static tl_status refit_component(void *arg, size_t begin, size_t end, unsigned w
         size_t at = 0;
         for (size_t i = 0; i < r->original->channel_count; i++) {
             const tl_channel *f = &r->original->channels[i];
-            if (f->on != TL_ON_VERTEX) continue;
+            if (!refitted(r, i)) continue;
             if (want < at + f->components)
                 solve(r, f, &r->out->channels[i], (uint32_t)(want - at), room);
             if (want < at + f->components) break;
@@ -124,19 +125,18 @@ static tl_status refit_component(void *arg, size_t begin, size_t end, unsigned w
 }
 
 tl_status tli_refit(tl_ctx *ctx, const tl_mesh *original, tl_mesh *out, const tl_lidx *tets,
-                    const double (*weights)[4], const uint8_t *keep)
+                    const double (*weights)[4], const uint8_t *keep, const uint8_t *held)
 {
     tl_status st = TL_OK;
     size_t components = 0;
-    refit r = {ctx, original, out, tets, weights, keep, NULL};
+    refit r = {ctx, original, out, tets, weights, keep, held, NULL};
     r.diagonal = tl_mem_zalloc(ctx, out->vert_count, sizeof *r.diagonal, &st);
     if (st) return st;
     for (size_t v = 0; v < original->vert_count; v++)
         for (int j = 0; tets[v] != TL_NONE && j < 4; j++)
             r.diagonal[out->tets[4 * (size_t)tets[v] + (size_t)j]] += weights[v][j] * weights[v][j];
     for (size_t i = 0; i < original->channel_count; i++)
-        if (original->channels[i].on == TL_ON_VERTEX)
-            components += original->channels[i].components;
+        if (refitted(&r, i)) components += original->channels[i].components;
     st = tli_parallel(ctx, components, 1, refit_component, &r);
     tl_mem_free(ctx, r.diagonal);
     return st;
@@ -150,7 +150,7 @@ typedef struct centroid_job {
     const tl_locator *locator;
     const tl_lidx *hints;
     tl_lidx *holders;
-    float *volumes;
+    double *volumes;
 } centroid_job;
 
 static tl_status locate_centroids(void *arg, size_t begin, size_t end, unsigned worker)
@@ -165,7 +165,7 @@ static tl_status locate_centroids(void *arg, size_t begin, size_t end, unsigned 
         for (int j = 0; j < 3; j++) x[j] = (p[0][j] + p[1][j] + p[2][j] + p[3][j]) / 4;
         double volume = fabs(tl_tet_volume((const double(*)[3])p));
         bool finite = isfinite(x[0] + x[1] + x[2]);
-        job->volumes[t] = finite && isfinite(volume) ? (float)volume : 0;
+        job->volumes[t] = finite && isfinite(volume) ? volume : 0;
         job->holders[t] =
             finite ? tl_locator_nearest(job->locator, x, job->hints[q[0]], weights, &distance)
                    : TL_NONE;
@@ -184,9 +184,9 @@ static void average(const centroid_job *job, const tl_channel *from, const tl_ch
         bool finite = h != TL_NONE;
         for (uint32_t j = 0; finite && j < k; j++) finite = isfinite(from->values[t * k + j]);
         if (!finite) continue;
-        weights[h] += (double)job->volumes[t];
+        weights[h] += job->volumes[t];
         for (uint32_t j = 0; j < k; j++)
-            sums[(size_t)h * k + j] += (double)job->volumes[t] * from->values[t * k + j];
+            sums[(size_t)h * k + j] += job->volumes[t] * from->values[t * k + j];
     }
     double *values = (double *)(uintptr_t)to->values;
     for (size_t h = 0; h < count; h++)
