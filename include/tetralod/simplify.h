@@ -25,7 +25,7 @@ typedef enum tl_placement {
 /* A channel that steers and is held. */
 typedef struct tl_simplify_channel {
     const char *name; /* of a channel on vertices */
-    double weight;    /* > 0; 1 counts the channel's range as much as another's */
+    double weight;    /* > 0; with equal weights the ranges of channels count equally */
     double error;     /* absolute bound at every original vertex in the channel's unit; 0: none */
 } tl_simplify_channel;
 

@@ -100,37 +100,47 @@ static double channel_width(const tl_channel *c, size_t count)
     return width > EQUAL_LENGTHS * widest ? width : widest;
 }
 
+/* The channel that a name means; fails where it can't steer. */
+static tl_status check_channel(const plan *p, const tl_simplify_channel *s, const tl_channel **c)
+{
+    *c = s->name ? tl_mesh_channel_by_name(p->mesh, s->name) : NULL;
+    if (!*c || (*c)->on != TL_ON_VERTEX)
+        return tl_fail(p->ctx, TL_ERR_DATA, "the mesh has no channel '%s' on vertices",
+                       s->name ? s->name : "(null)");
+    if (!(s->weight > 0) || !isfinite(s->weight) || !(s->error >= 0))
+        return tl_fail(p->ctx, TL_ERR_ARG,
+                       "channel '%s': weight %g and error %g, expected more than 0 and 0 or more",
+                       s->name, s->weight, s->error);
+    return TL_OK;
+}
+
 /* Scale and bound of each steering channel. */
 static tl_status weigh_channels(plan *p)
 {
     tl_status st = TL_OK;
-    size_t components = 0;
+    const tl_channel *c;
+    double heaviest = 0;
+    for (size_t i = 0; i < p->opts.channel_count; i++)
+        heaviest = fmax(heaviest, p->channels[i].weight);
     p->scales = tl_mem_alloc(p->ctx, p->opts.channel_count, sizeof *p->scales, &st);
     p->bounds = tl_mem_alloc(p->ctx, p->opts.channel_count, sizeof *p->bounds, &st);
     for (size_t i = 0; !st && i < p->opts.channel_count; i++) {
         const tl_simplify_channel *s = &p->channels[i];
-        const tl_channel *c = s->name ? tl_mesh_channel_by_name(p->mesh, s->name) : NULL;
-        if (!c || c->on != TL_ON_VERTEX)
-            return tl_fail(p->ctx, TL_ERR_DATA, "the mesh has no channel '%s' on vertices",
-                           s->name ? s->name : "(null)");
-        if (!(s->weight > 0) || !isfinite(s->weight) || !(s->error >= 0))
-            return tl_fail(
-                p->ctx, TL_ERR_ARG,
-                "channel '%s': weight %g and error %g, expected more than 0 and 0 or more", s->name,
-                s->weight, s->error);
+        st = check_channel(p, s, &c);
+        if (st) return st;
         double width = channel_width(c, tl_mesh_vert_count(p->mesh));
-        p->scales[i] = width > 0 && isfinite(s->weight / width) ? s->weight / width : 0;
+        double weight = s->weight / heaviest; /* so that the shape counts as much as ever */
+        p->scales[i] = width > 0 && isfinite(weight / width) ? weight / width : 0;
         p->bounds[i] = s->error > 0 ? s->error : INFINITY;
         if (p->opts.error > 0) p->bounds[i] = fmin(p->bounds[i], p->opts.error * width);
         if (!(p->scales[i] > 0)) p->bounds[i] = INFINITY; /* a constant can't break a bound */
         p->bounded = p->bounded || isfinite(p->bounds[i]);
         p->held.components += c->components;
-        components += c->components;
     }
-    if (!st && components > TLI_COMPONENTS_MAX)
+    if (!st && p->held.components > TLI_COMPONENTS_MAX)
         st = tl_fail(p->ctx, TL_ERR_UNSUPPORTED,
-                     "the channels have %zu components together, at most %u can steer", components,
-                     TLI_COMPONENTS_MAX);
+                     "the channels have %zu components together, at most %u can steer",
+                     p->held.components, TLI_COMPONENTS_MAX);
     return st;
 }
 

@@ -63,7 +63,8 @@ static void fill_vertex_channel(const tli_work *w, const tli_packed *p, const tl
         if (p->vert_of[v] == TL_NONE) continue;
         double *to = values + (size_t)p->vert_of[v] * k;
         const double *original = from->values + (size_t)w->verts[v].origin * k;
-        bool changed = w->verts[v].version != 0 && w->placement != TL_PLACE_SUBSET;
+        bool changed = w->verts[v].version != 0 && w->placement != TL_PLACE_SUBSET &&
+                       w->verts[v].kind < TLI_CORNER;
         for (uint32_t j = 0; j < k; j++)
             to[j] = changed && column != SIZE_MAX && scale > 0
                         ? w->values[v * w->components + column + j] / scale

@@ -51,8 +51,9 @@ static void first_residual(const refit *r, const tl_channel *f, const tl_channel
         if (r->tets[v] == TL_NONE) continue;
         const tl_lidx *q = r->out->tets + 4 * (size_t)r->tets[v];
         const double *b = r->weights[v];
-        double value = f->values[v * f->components + k];
-        for (int j = 0; j < 4; j++) value -= b[j] * x->values[q[j] * x->components + k];
+        double value = 0, want = f->values[v * f->components + k];
+        for (int j = 0; j < 4; j++) /* differences first: exactly 0 for a constant */
+            value += b[j] * (want - x->values[q[j] * x->components + k]);
         if (!isfinite(value)) continue;
         for (int j = 0; j < 4; j++) residual[q[j]] += b[j] * value;
     }
