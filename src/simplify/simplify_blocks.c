@@ -91,7 +91,7 @@ static tl_status one_round(tli_work *w, tli_hand **hands, tl_lidx *verts, unsign
 static tl_status all_rounds(tli_work *w, tli_hand **hands, tl_lidx *verts, size_t target)
 {
     tl_status st = TL_OK;
-    size_t first = w->tets_live, goal = target + (size_t)((double)target * LAST_SHARE);
+    size_t goal = target + (size_t)((double)target * LAST_SHARE);
     double cost = sample_cost(hands[0], verts, tli_work_list_live(w, verts)), fall = FALL;
     if (!(cost > 0)) cost = 1e-12;
     unsigned idle = 0;
@@ -102,7 +102,7 @@ static tl_status all_rounds(tli_work *w, tli_hand **hands, tl_lidx *verts, size_
         if (round) cost *= fmin(pow((double)before / aim, 1 / fall), 64);
         st = one_round(w, hands, verts, round, cost);
         idle = w->tets_live == before ? idle + 1 : 0;
-        if (!st) st = tl_progress(w->ctx, "simplify", first - w->tets_live, first - target);
+        if (!st) st = tli_order_report(w, w->tets_live, target);
     }
     return st;
 }
