@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "base/base_predicates.h"
+
 /* Vertices and tets that are left, in the order of the working mesh. */
 static tl_status number_live(const tli_work *w, tli_packed *p)
 {
@@ -119,6 +121,18 @@ static tl_status pack_regions(const tli_work *w, const tli_packed *p, tl_mesh *o
     return st;
 }
 
+/* A tet of the star that is not flat, so that a walk can start there, or any. */
+static tl_lidx solid_tet(const tli_work *w, const tli_star *star)
+{
+    for (uint32_t i = 0; i < star->count; i++) {
+        const tl_lidx *q = w->tets[star->tets[i]];
+        if (tli_orient3d_approx(w->verts[q[0]].xyz, w->verts[q[1]].xyz, w->verts[q[2]].xyz,
+                                w->verts[q[3]].xyz) > 0)
+            return star->tets[i];
+    }
+    return star->tets[0];
+}
+
 /* A tet at the vertex that an original vertex went into. */
 static tl_status set_hints(const tli_work *w, tli_packed *p)
 {
@@ -127,9 +141,8 @@ static tl_status set_hints(const tli_work *w, tli_packed *p)
     for (size_t v = 0; !st && v < w->vert_count; v++) {
         tl_lidx to = w->verts[v].merged;
         while (to != TL_NONE && w->verts[to].merged != to) to = w->verts[to].merged;
-        p->hints[w->verts[v].origin] = to == TL_NONE || w->verts[to].star.count == 0
-                                           ? TL_NONE
-                                           : p->tet_of[w->verts[to].star.tets[0]];
+        bool gone = to == TL_NONE || w->verts[to].star.count == 0;
+        p->hints[w->verts[v].origin] = gone ? TL_NONE : p->tet_of[solid_tet(w, &w->verts[to].star)];
     }
     return st;
 }
