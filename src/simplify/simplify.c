@@ -10,11 +10,12 @@
 #include "simplify/simplify_order.h"
 #include "simplify/simplify_pack.h"
 
-/* Tries at an error bound: the place at which a vertex outside of the boundary is measured may
- * differ between the collapse and the result, so the bound is tightened by this factor and tried
- * again. */
-static const double TIGHTEN = 0.8;
+/* A bound is tested before each collapse, and measured in the result. Where the mesh lies on itself
+ * a vertex may be found at another place than the one it was carried to: vertices whose bound
+ * breaks are locked and all is done again; the last try locks all. */
 enum { TRIES_MAX = 6 };
+/* What the tests leave to the rounding of the measure, relative to the bound. */
+static const double SLACK = 1e-9;
 /* Vectors whose lengths differ by less than this part of the widest range of a component count as
  * equally long. */
 static const double EQUAL_LENGTHS = 1e-3;
@@ -36,7 +37,8 @@ typedef struct plan {
     double *scales, *bounds; /* [opts.channel_count]; bounds in the channels' units */
     bool bounded;
     size_t target;
-    tli_held held; /* collapses of the try at hand, where there is a listener and a bound */
+    uint8_t *locked; /* [vert_count]: opts.locked and those of the tries before; NULL at first */
+    tli_held held;   /* collapses of the try at hand, where there is a listener and a bound */
 } plan;
 
 static tl_status check_opts(const plan *p)
@@ -171,6 +173,7 @@ static tl_status make_plan(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_o
 static void drop_plan(plan *p)
 {
     tli_held_release(&p->held);
+    tl_mem_free(p->ctx, p->locked);
     tl_mem_free(p->ctx, p->bounds);
     tl_mem_free(p->ctx, p->scales);
     tl_mem_free(p->ctx, p->channels);
@@ -227,6 +230,20 @@ typedef struct places {
     double *outside;
 } places;
 
+/* A vertex that is still there is measured at itself, also where the mesh lies on itself. */
+static void stay_at_corner(const plan *p, const tl_mesh *out, tl_lidx hint, size_t v, places *at)
+{
+    const double *x = tl_mesh_xyz(p->mesh) + 3 * v;
+    for (size_t i = 0; at->tets[v] != TL_NONE && hint != TL_NONE && i < 4; i++) {
+        tl_lidx corner = tl_mesh_tets(out)[4 * (size_t)hint + i];
+        if (memcmp(tl_mesh_xyz(out) + 3 * (size_t)corner, x, 3 * sizeof *x) != 0) continue;
+        at->tets[v] = hint;
+        at->outside[v] = 0;
+        for (size_t j = 0; j < 4; j++) at->weights[v][j] = i == j ? 1 : 0;
+        return;
+    }
+}
+
 static tl_status find_places(const plan *p, const tl_mesh *out, const tl_locator *locator,
                              const tl_lidx *hints, places *at)
 {
@@ -238,6 +255,7 @@ static tl_status find_places(const plan *p, const tl_mesh *out, const tl_locator
     if (!st)
         st = tli_measure_vertices(p->ctx, p->mesh, out, locator, hints, at->tets, at->weights,
                                   at->outside);
+    for (size_t v = 0; !st && v < n; v++) stay_at_corner(p, out, hints[v], v, at);
     return st;
 }
 
@@ -269,42 +287,63 @@ static tl_status measure(const plan *p, const tl_mesh *out, const places *at, tl
     return st;
 }
 
-static bool bounds_hold(const plan *p, const tl_simplify_result *r)
+/* Locks the original vertices at which a bound breaks; *held tells whether none does. */
+static tl_status lock_broken(plan *p, const tl_mesh *out, const places *at,
+                             const tl_simplify_result *r, bool *held)
 {
-    for (size_t i = 0; p->bounded && i < p->opts.channel_count; i++)
+    tl_status st = TL_OK;
+    size_t n = tl_mesh_vert_count(p->mesh);
+    double *errors = NULL;
+    *held = true;
+    for (size_t i = 0; !st && p->bounded && i < p->opts.channel_count; i++) {
+        const tl_simplify_channel *s = &p->channels[i];
+        const tl_channel *c = tl_mesh_channel_by_name(p->mesh, s->name);
+        double largest = 0;
         for (size_t j = 0; j < r->channel_count; j++)
-            if (!strcmp(r->channels[j].name, p->channels[i].name) &&
-                r->channels[j].max_error > p->bounds[i])
-                return false;
-    return true;
+            if (r->channels[j].name == c->name) largest = r->channels[j].max_error;
+        if (largest <= p->bounds[i]) continue;
+        *held = false;
+        tl_field_error e;
+        if (!errors) errors = tl_mem_alloc(p->ctx, n, sizeof *errors, &st);
+        if (!p->locked) {
+            p->locked = tl_mem_zalloc(p->ctx, n, 1, &st);
+            if (!st && p->opts.locked) memcpy(p->locked, p->opts.locked, n);
+        }
+        if (!st)
+            st = tli_measure_channel(p->ctx, p->mesh, c, out, tl_mesh_channel_by_name(out, s->name),
+                                     at->tets, (const double(*)[4])at->weights, errors, &e);
+        for (size_t v = 0; !st && v < n; v++) p->locked[v] |= errors[v] > p->bounds[i];
+    }
+    tl_mem_free(p->ctx, errors);
+    return st;
 }
 
 /* Channels of the mesh whose values keep a bound as they are: a least-squares fit might break it.
  */
-static tl_status list_bounded(const plan *p, uint8_t **held)
+static tl_status list_bounded(const plan *p, uint8_t **bounded)
 {
     tl_status st = TL_OK;
-    *held = tl_mem_zalloc(p->ctx, tl_mesh_channel_count(p->mesh), 1, &st);
+    *bounded = tl_mem_zalloc(p->ctx, tl_mesh_channel_count(p->mesh), 1, &st);
     for (size_t i = 0; !st && i < p->opts.channel_count; i++)
         for (size_t j = 0; isfinite(p->bounds[i]) && j < tl_mesh_channel_count(p->mesh); j++) {
             const tl_channel *c = tl_mesh_channel(p->mesh, j);
-            if (c == tl_mesh_channel_by_name(p->mesh, p->channels[i].name)) (*held)[j] = 1;
+            if (c == tl_mesh_channel_by_name(p->mesh, p->channels[i].name)) (*bounded)[j] = 1;
         }
     return st;
 }
 
 /* The values of tets and of vertices without a bound, then the errors of all. */
-static tl_status finish_values(const plan *p, const tli_work *w, tl_mesh *out, const tl_lidx *hints,
-                               tl_simplify_result *r)
+static tl_status finish_values(plan *p, const tli_work *w, tl_mesh *out, const tl_lidx *hints,
+                               tl_simplify_result *r, bool *held)
 {
     places at = {0};
-    uint8_t *keep = NULL, *held = NULL;
+    uint8_t *keep = NULL, *bounded = NULL;
     tl_lidx *opposite = NULL;
     tl_locator *locator = NULL;
     tl_status st = list_kept(p, w, out, &keep);
-    if (!st) st = list_bounded(p, &held);
+    if (!st) st = list_bounded(p, &bounded);
     if (!st) st = tl_mesh_adjacency(p->ctx, out, &opposite, NULL);
-    if (!st) st = tli_refit(p->ctx, p->mesh, out, opposite, hints, keep, held);
+    if (!st) st = tli_refit(p->ctx, p->mesh, out, opposite, hints, keep, bounded);
     double start = tli_clock_s();
     if (!st) st = tl_locator_create(p->ctx, out, opposite, &locator);
     if (!st && tli_has_tet_channels(out)) {
@@ -313,8 +352,9 @@ static tl_status finish_values(const plan *p, const tli_work *w, tl_mesh *out, c
     }
     if (!st) st = find_places(p, out, locator, hints, &at);
     if (!st) st = measure(p, out, &at, r);
+    if (!st) st = lock_broken(p, out, &at, r, held);
     r->measure_seconds += tli_clock_s() - start;
-    tl_mem_free(p->ctx, held);
+    tl_mem_free(p->ctx, bounded);
     drop_places(p, &at);
     tl_locator_destroy(locator);
     tl_mem_free(p->ctx, opposite);
@@ -322,8 +362,8 @@ static tl_status finish_values(const plan *p, const tli_work *w, tl_mesh *out, c
     return st;
 }
 
-/* One simplification; tighten scales the error bounds that are tested on the way. */
-static tl_status simplify_once(const plan *p, double tighten, tl_mesh **out, tl_simplify_result *r)
+/* One simplification; *held tells whether the bounds hold in its result. */
+static tl_status simplify_once(plan *p, tl_mesh **out, tl_simplify_result *r, bool *held)
 {
     tli_work *w = NULL;
     tl_lidx *hints = NULL;
@@ -332,13 +372,13 @@ static tl_status simplify_once(const plan *p, double tighten, tl_mesh **out, tl_
     if (!st && p->bounded) {
         double *bounds = tl_mem_alloc(p->ctx, p->opts.channel_count, sizeof *bounds, &st);
         for (size_t i = 0; !st && i < p->opts.channel_count; i++)
-            bounds[i] = p->bounds[i] * tighten;
+            bounds[i] = p->bounds[i] * (1 - SLACK);
         if (!st) st = tli_carry_create(w, p->mesh, &p->opts, p->scales, bounds);
         tl_mem_free(p->ctx, bounds);
     }
     if (!st) st = run_order(p, w);
     if (!st) st = tli_pack(w, p->mesh, &p->opts, p->scales, out, &hints);
-    if (!st) st = finish_values(p, w, *out, hints, r);
+    if (!st) st = finish_values(p, w, *out, hints, r, held);
     if (!st) {
         r->boundary_error = tli_work_surface_bound(w);
         r->target_reached = w->tets_live <= p->target;
@@ -361,12 +401,13 @@ tl_status tl_mesh_simplify(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_o
     tl_ctx_reset_peak(ctx);
     tl_status st = make_plan(ctx, mesh, opts, &p);
     if (!st) r.channels = tl_mem_zalloc(ctx, tl_mesh_channel_count(mesh), sizeof *r.channels, &st);
-    double tighten = 1;
-    for (int i = 0; !st; i++, tighten *= TIGHTEN) {
+    for (int i = 1; !st; i++) {
+        bool held = true;
         p.held.count = 0;
-        st = simplify_once(&p, tighten, out, &r);
-        if (st || bounds_hold(&p, &r)) break;
-        if (i == TRIES_MAX) st = tl_fail(ctx, TL_ERR_DATA, "the error bound can't be held");
+        st = simplify_once(&p, out, &r, &held);
+        if (st || held) break;
+        if (i >= TRIES_MAX) memset(p.locked, 1, tl_mesh_vert_count(mesh));
+        p.opts.locked = p.locked;
         tl_mesh_destroy(*out);
         *out = NULL;
     }

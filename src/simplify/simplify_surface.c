@@ -42,25 +42,60 @@ static void freeze(tli_work *w, tl_lidx v)
     w->verts[v].kind = TLI_FROZEN;
 }
 
-static void freeze_bad_tets(tli_work *w)
+/* True if the face shows the same side from both tets: they overlap, or are the same tet twice. */
+static bool face_folds(const tl_lidx t[4], unsigned face, const tl_lidx o[4], unsigned other)
 {
+    const uint8_t *p = FACE_VERTS[face], *q = FACE_VERTS[other];
+    unsigned i = 0;
+    while (i < 2 && o[q[i]] != t[p[0]]) i++;
+    return o[q[(i + 1) % 3]] == t[p[1]];
+}
+
+typedef struct bad_job {
+    const tli_work *work;
+    const tl_lidx *opposite;
+    uint8_t *bad;
+} bad_job;
+
+/* Flat, turned and infinite tets, and those that lie on a neighbour. */
+static tl_status find_bad_tets(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    bad_job *job = arg;
+    const tli_work *w = job->work;
+    (void)worker;
+    for (size_t t = begin; t < end; t++) {
+        const tl_lidx *q = w->tets[t];
+        const double *p[4];
+        bool fine = true;
+        for (int i = 0; i < 4; i++) {
+            p[i] = w->verts[q[i]].xyz;
+            fine = fine && isfinite(p[i][0]) && isfinite(p[i][1]) && isfinite(p[i][2]);
+        }
+        fine = fine && tli_orient3d(p[0], p[1], p[2], p[3]) > 0;
+        for (unsigned f = 0; fine && f < 4; f++) {
+            tl_lidx o = job->opposite[4 * t + f];
+            fine = o == TL_NONE || !face_folds(q, f, w->tets[o >> 2], o & 3);
+        }
+        job->bad[t] = !fine;
+    }
+    return TL_OK;
+}
+
+static tl_status freeze_bad_tets(tli_work *w, const tl_lidx *opposite)
+{
+    tl_status st = TL_OK;
+    bad_job job = {w, opposite, tl_mem_alloc(w->ctx, w->tet_count, 1, &st)};
+    if (!st) st = tli_parallel(w->ctx, w->tet_count, 16384, find_bad_tets, &job);
+    for (size_t t = 0; !st && t < w->tet_count; t++)
+        for (int i = 0; job.bad[t] && i < 4; i++) freeze(w, w->tets[t][i]);
+    tl_mem_free(w->ctx, job.bad);
     for (size_t v = 0; v < w->vert_count; v++) {
-        bool fine = isfinite(w->verts[v].xyz[0]) && isfinite(w->verts[v].xyz[1]) &&
-                    isfinite(w->verts[v].xyz[2]);
+        bool fine = true;
         for (size_t i = 0; fine && i < w->components; i++)
             fine = isfinite(w->values[v * w->components + i]);
         if (!fine) freeze(w, (tl_lidx)v);
     }
-    for (size_t t = 0; t < w->tet_count; t++) {
-        const tl_lidx *q = w->tets[t];
-        bool finite = true;
-        for (int i = 0; i < 4; i++)
-            finite = finite && isfinite(w->verts[q[i]].xyz[0] + w->verts[q[i]].xyz[1] +
-                                        w->verts[q[i]].xyz[2]);
-        if (!finite || tli_orient3d(w->verts[q[0]].xyz, w->verts[q[1]].xyz, w->verts[q[2]].xyz,
-                                    w->verts[q[3]].xyz) <= 0)
-            for (int i = 0; i < 4; i++) freeze(w, q[i]);
-    }
+    return st;
 }
 
 /* The edges of all surface faces, sorted: equal ones are neighbours. */
@@ -253,8 +288,8 @@ tl_status tli_work_find_surfaces(tli_work *w, const tl_lidx *opposite, size_t no
                                  const uint8_t *locked)
 {
     edge_list edges = {0};
-    freeze_bad_tets(w);
-    tl_status st = list_faces(w, opposite);
+    tl_status st = freeze_bad_tets(w, opposite);
+    if (!st) st = list_faces(w, opposite);
     uint8_t *boundary = tl_mem_alloc(w->ctx, w->surface_count, sizeof *boundary, &st);
     uint8_t *curve_degree = tl_mem_zalloc(w->ctx, w->vert_count, sizeof *curve_degree, &st);
     if (!st) mark_boundary(w, opposite, boundary);
