@@ -129,7 +129,7 @@ static tl_status all_rounds(tli_work *w, tli_hand **hands, tl_lidx *verts, size_
 {
     tli_pool pool = {0};
     tl_status st = TL_OK;
-    size_t first = w->tets_live, goal = target + (size_t)((double)target * LAST_SHARE);
+    size_t goal = target + (size_t)((double)target * LAST_SHARE);
     double cost = sample_cost(hands[0], verts, tli_work_list_live(w, verts));
     cost = cost > 0 ? FIRST_COST * cost : LEAST_COST;
     unsigned idle = 0;
@@ -140,7 +140,7 @@ static tl_status all_rounds(tli_work *w, tli_hand **hands, tl_lidx *verts, size_
         if (round) cost *= fmin(pow((double)before / aim, 1 / FALL), 64);
         st = one_round(w, hands, &pool, verts, round, cost);
         idle = w->tets_live == before ? idle + 1 : 0;
-        if (!st) st = tl_progress(w->ctx, "simplify", first - w->tets_live, first - target);
+        if (!st) st = tli_order_report(w, w->tets_live, target);
     }
     tli_pool_release(w->ctx, &pool);
     return st;

@@ -14,9 +14,7 @@ tl_status tli_order_queue(tli_work *w, size_t target)
         while (!st && tli_queue_occupied(hand->queue) && hand->tets_gone < before - target) {
             size_t step = hand->tets_gone + first / 50 + 1;
             st = tli_hand_run(hand, step < before - target ? step : before - target);
-            if (!st)
-                st = tl_progress(w->ctx, "simplify", first - (before - hand->tets_gone),
-                                 first - target);
+            if (!st) st = tli_order_report(w, before - hand->tets_gone, target);
         }
         if (!st) st = tli_hand_settle(hand);
         tli_queue_clear(hand->queue);

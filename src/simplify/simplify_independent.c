@@ -102,7 +102,6 @@ tl_status tli_order_independent(tli_work *w, size_t target)
     tl_status st = TL_OK;
     tli_hand *hand = NULL;
     double lift = 1;
-    size_t first = w->tets_live;
     tl_lidx *verts = tl_mem_alloc(w->ctx, w->verts_live, sizeof *verts, &st);
     if (!st) st = tli_hand_create(w, 0, &hand);
     for (unsigned run = 0, idle = 0; !st && w->tets_live > target && idle < 24; run++) {
@@ -113,7 +112,7 @@ tl_status tli_order_independent(tli_work *w, size_t target)
         if (!st) st = tli_hand_settle(hand);
         if ((double)(before - w->verts_live) < LEAST_SHARE * (double)before) lift *= 2;
         idle = before == w->verts_live ? idle + 1 : 0;
-        if (!st) st = tl_progress(w->ctx, "simplify", first - w->tets_live, first - target);
+        if (!st) st = tli_order_report(w, w->tets_live, target);
     }
     tli_hand_destroy(hand);
     tl_mem_free(w->ctx, verts);

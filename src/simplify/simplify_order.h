@@ -101,6 +101,13 @@ void tli_pool_release(tl_ctx *ctx, tli_pool *pool);
 tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t block_max,
                         unsigned round, size_t **starts, size_t *block_count);
 
+/* Reports how far live tets are from the input's to target. */
+static inline tl_status tli_order_report(const tli_work *work, size_t live, size_t target)
+{
+    size_t total = work->tet_count - target, done = work->tet_count - live;
+    return tl_progress(work->ctx, "simplify", done < total ? done : total, total);
+}
+
 /* Takes the mesh down to at most target tets, as far as it goes. */
 tl_status tli_order_blocks(tli_work *work, size_t target);
 tl_status tli_order_queue(tli_work *work, size_t target);

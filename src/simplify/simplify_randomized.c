@@ -40,7 +40,7 @@ static tl_status run(tli_hand *hand, tl_lidx *verts, size_t count, size_t target
 {
     tli_work *w = hand->work;
     tl_status st = TL_OK;
-    size_t first = w->tets_live, failed = 0, step = 0;
+    size_t failed = 0, step = 0;
     while (!st && w->tets_live - hand->tets_gone > target && failed < PATIENCE * count + 1000) {
         tli_queue_entry best = {0}, some;
         float least = INFINITY;
@@ -59,8 +59,7 @@ static tl_status run(tli_hand *hand, tl_lidx *verts, size_t count, size_t target
         }
         failed = done ? 0 : failed + 1;
         if (++step % 4096 == 0 && !st)
-            st = tl_progress(w->ctx, "simplify", first - (w->tets_live - hand->tets_gone),
-                             first - target);
+            st = tli_order_report(w, w->tets_live - hand->tets_gone, target);
     }
     return st;
 }
