@@ -9,11 +9,11 @@
 /* Vertices of a block: small enough for a cache of some MiB, large enough that most are inside. */
 static const size_t BLOCK_VERTS = 12000;
 /* A round aims at this part of the tets, as long as the target is farther. */
-static const double ROUND_SHARE = 0.25;
+static const double ROUND_SHARE = 0.15;
 /* What is left of the way to the target for the last queue. */
 static const double LAST_SHARE = 0.3;
 /* The first round goes up to this multiple of the median of the vertices' cheapest edges. */
-static const double FIRST_COST = 10, LEAST_COST = 1e-12;
+static const double FIRST_COST = 40, LEAST_COST = 1e-12;
 /* How the number of tets falls with the cost of a round: tets ~ cost^-FALL. Field errors grow with
  * the square of the edge length and costs with their squares, which gives 3 / 7 for one queue;
  * borders that become free add to it. */

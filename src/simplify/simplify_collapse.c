@@ -357,15 +357,65 @@ static tl_status commit(tli_work *w, tli_hood *h, tli_star_bank *bank)
     return TL_OK;
 }
 
+/* Writes the corners of the tets of one end that do not hold the other one behind count. */
+static size_t list_corners(const tli_work *w, tli_hood *h, unsigned end, double scale, size_t count)
+{
+    tl_lidx at = h->ends[end], other = h->ends[1 - end];
+    const tli_star *star = &w->verts[at].star;
+    for (uint32_t i = 0; i < star->count; i++) {
+        const tl_lidx *q = w->tets[star->tets[i]];
+        if (q[0] == other || q[1] == other || q[2] == other || q[3] == other) continue;
+        const uint8_t *f = TLI_FACE_VERTS[tli_corner_of(q, at)];
+        for (int j = 0; j < 3; j++) {
+            const double *x = w->verts[q[f[j]]].xyz;
+            h->corners[3 * j][count] = (float)((x[0] - h->place[0]) * scale);
+            h->corners[3 * j + 1][count] = (float)((x[1] - h->place[1]) * scale);
+            h->corners[3 * j + 2][count] = (float)((x[2] - h->place[2]) * scale);
+        }
+        count++;
+    }
+    return count;
+}
+
+/* A cheap look at the shapes before anything else is gathered: most collapses that fail end here.
+ */
+static tli_shapes look_at_shapes(const tli_work *w, tli_hood *h)
+{
+    const double *a = w->verts[h->ends[0]].xyz, *b = w->verts[h->ends[1]].xyz;
+    double square = 0;
+    for (int i = 0; i < 3; i++) square += (a[i] - b[i]) * (a[i] - b[i]);
+    if (!(square > 0)) return TLI_SHAPES_UNSURE;
+    double scale = 1 / sqrt(square);
+    size_t count = list_corners(w, h, 0, scale, 0);
+    count = list_corners(w, h, 1, scale, count);
+    return w->shapes((const float(*)[TLI_STAR_MAX])h->corners, count, (float)w->shape_cube);
+}
+
+/* Everything short of the change. */
+static tli_verdict try_edge(tli_work *w, tli_hood *hood, tl_lidx u, tl_lidx v)
+{
+    tli_shapes shapes = TLI_SHAPES_UNSURE;
+    bool on_surface = w->verts[v].kind != TLI_FREE;
+    tli_verdict verdict = tli_hood_begin(w, hood, u, v);
+    if (verdict) return verdict;
+    if (!on_surface) {
+        place_vertex(w, hood);
+        shapes = look_at_shapes(w, hood);
+        if (shapes == TLI_SHAPES_TURNED) return TLI_NO_SHAPE;
+    }
+    verdict = tli_hood_gather(w, hood, shapes == TLI_SHAPES_FINE);
+    if (verdict) return verdict;
+    if (on_surface && !place_vertex(w, hood)) return TLI_NO_BOUNDARY;
+    if ((shapes != TLI_SHAPES_FINE || w->carry) && !shapes_fine(w, hood)) return TLI_NO_SHAPE;
+    return surface_fine(w, hood) ? TLI_DONE : TLI_NO_BOUNDARY;
+}
+
 tl_status tli_collapse_edge(tli_work *w, tli_hood *hood, tli_star_bank *bank, tl_lidx u, tl_lidx v,
                             tli_verdict *verdict, tl_lidx *kept, uint32_t *tets_gone)
 {
     tl_status st = TL_OK;
     order_ends(w, &u, &v);
-    *verdict = tli_hood_gather(w, hood, u, v);
-    if (!*verdict && !place_vertex(w, hood)) *verdict = TLI_NO_BOUNDARY;
-    if (!*verdict && !shapes_fine(w, hood)) *verdict = TLI_NO_SHAPE;
-    if (!*verdict && !surface_fine(w, hood)) *verdict = TLI_NO_BOUNDARY;
+    *verdict = try_edge(w, hood, u, v);
     if (!*verdict && w->carry) {
         bool fine;
         st = tli_carry_test(w, hood, &fine);

@@ -1,6 +1,6 @@
-/* The cost kernel, compiled once for each instruction set: TLI_COST_NAME names the function. Eight
- * edges of one vertex at a time, in float32, with the same operations in the same order whatever
- * the width of the registers, so that every build gives the same bytes. */
+/* The cost kernel, compiled once for each instruction set: TLI_COST_NAME and TLI_SHAPES_NAME name
+ * the functions. Eight edges of one vertex at a time, in float32, with the same operations in the
+ * same order whatever the width of the registers, so that every build gives the same bytes. */
 #include "simplify/simplify_cost.h"
 #include "simplify/simplify_quadric.h"
 
@@ -187,4 +187,29 @@ void TLI_COST_NAME(const tli_work *w, tl_lidx u, const tl_lidx *v, size_t count,
             cost_of_lanes(w, u, some, out, w->components);
         memcpy(cost + i, out, n * sizeof *out);
     }
+}
+
+/* The mean ratio, cubed, is 432 det |det| / edges^3. In float32 det is off by some 1e-6 of
+ * edges^1.5: a tet is surely fine above a ratio well beyond that, and surely turned below its
+ * negative. */
+static const float SURELY_FINE = 1e-6f, SURELY_TURNED = 1e-8f, MARGIN = 1.05f;
+
+tli_shapes TLI_SHAPES_NAME(const float (*c)[TLI_STAR_MAX], size_t count, float least)
+{
+    float from = MARGIN * (least > SURELY_FINE ? least : SURELY_FINE);
+    int unsure = 0, turned = 0;
+    for (size_t i = 0; i < count; i++) {
+        float ax = c[0][i], ay = c[1][i], az = c[2][i], bx = c[3][i], by = c[4][i], bz = c[5][i];
+        float cx = c[6][i], cy = c[7][i], cz = c[8][i];
+        float squares =
+            ax * ax + ay * ay + az * az + bx * bx + by * by + bz * bz + cx * cx + cy * cy + cz * cz;
+        float dots =
+            ax * bx + ay * by + az * bz + bx * cx + by * cy + bz * cz + cx * ax + cy * ay + cz * az;
+        float edges = 3 * squares - 2 * dots, cube = edges * edges * edges;
+        float det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
+        float ratio = 432 * det * (det < 0 ? -det : det);
+        unsure |= !(ratio >= from * cube);
+        turned |= ratio < -SURELY_TURNED * cube;
+    }
+    return turned ? TLI_SHAPES_TURNED : unsure ? TLI_SHAPES_UNSURE : TLI_SHAPES_FINE;
 }

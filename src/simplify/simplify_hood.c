@@ -15,8 +15,6 @@ enum {
     IN_FAN = 32
 };
 
-static const uint8_t FACE_VERTS[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-
 tl_status tli_hood_create(tl_ctx *ctx, const tli_work *work, tli_hood **hood)
 {
     tl_status st = TL_OK;
@@ -49,11 +47,6 @@ static inline uint16_t local(tli_work *w, tli_hood *h, tl_lidx v)
     return h->vert_count++;
 }
 
-static inline unsigned corner_of(const tl_lidx q[4], tl_lidx v)
-{
-    return (unsigned)((q[1] == v) | (q[2] == v) << 1 | (q[3] == v) * 3u);
-}
-
 /* The star of u: tets with v to gone, the others to sides[0]. */
 static tli_verdict gather_u(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
 {
@@ -61,7 +54,7 @@ static tli_verdict gather_u(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
     for (uint32_t i = 0; i < s->count; i++) {
         tl_lidx t = s->tets[i];
         const tl_lidx *q = w->tets[t];
-        const uint8_t *f = FACE_VERTS[corner_of(q, u)];
+        const uint8_t *f = TLI_FACE_VERTS[tli_corner_of(q, u)];
         uint16_t l[3] = {local(w, h, q[f[0]]), local(w, h, q[f[1]]), local(w, h, q[f[2]])};
         h->flags[l[0]] |= AT_U;
         h->flags[l[1]] |= AT_U;
@@ -91,7 +84,7 @@ static tli_verdict gather_v(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
         tl_lidx t = s->tets[i];
         const tl_lidx *q = w->tets[t];
         if (q[0] == u || q[1] == u || q[2] == u || q[3] == u) continue;
-        const uint8_t *f = FACE_VERTS[corner_of(q, v)];
+        const uint8_t *f = TLI_FACE_VERTS[tli_corner_of(q, v)];
         tli_hood_tet *to = &h->sides[1][h->side_counts[1]++];
         to->tet = t;
         for (int j = 0; j < 3; j++) {
@@ -178,7 +171,7 @@ static bool surface_link_fine(const tli_work *w, tli_hood *h)
         if (!w->faces[t]) continue;
         flag_surface(w, h, t, h->ends[0], SURFACE_U);
         flag_surface(w, h, t, h->ends[1], SURFACE_V);
-        unsigned cu = corner_of(q, h->ends[0]), cv = corner_of(q, h->ends[1]);
+        unsigned cu = tli_corner_of(q, h->ends[0]), cv = tli_corner_of(q, h->ends[1]);
         if (w->faces[t] >> cu & w->faces[t] >> cv & 1) return false;
         for (unsigned f = 0; f < 4; f++) {
             if (f == cu || f == cv || !(w->faces[t] & 1u << f)) continue;
@@ -198,7 +191,8 @@ static bool gone_between_surfaces(const tli_work *w, const tli_hood *h)
     for (uint32_t i = 0; i < h->gone_count; i++) {
         tl_lidx t = h->gone[i];
         if (!w->faces[t]) continue;
-        unsigned cu = corner_of(w->tets[t], h->ends[0]), cv = corner_of(w->tets[t], h->ends[1]);
+        unsigned cu = tli_corner_of(w->tets[t], h->ends[0]),
+                 cv = tli_corner_of(w->tets[t], h->ends[1]);
         if (w->faces[t] >> cu & w->faces[t] >> cv & 1) return true;
     }
     return false;
@@ -215,7 +209,7 @@ static void add_fan_faces(const tli_work *w, tli_hood *h, tl_lidx t, tl_lidx end
         }
         tli_fan_face *to = &h->fan[h->fan_count++];
         for (int j = 0; j < 3; j++)
-            to->verts[j] = (uint16_t)(w->verts[q[FACE_VERTS[f][j]]].mark - 1);
+            to->verts[j] = (uint16_t)(w->verts[q[TLI_FACE_VERTS[f][j]]].mark - 1);
         to->group = (w->regions ? (int64_t)w->regions[t] * 2 : 0) + (w->faces[t] >> (4 + f) & 1);
     }
 }
@@ -275,7 +269,7 @@ static bool curve_link_fine(const tli_hood *h)
     return true;
 }
 
-tli_verdict tli_hood_gather(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
+tli_verdict tli_hood_begin(const tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
 {
     uint8_t cu = w->verts[u].kind, cv = w->verts[v].kind;
     h->ends[0] = u;
@@ -284,13 +278,23 @@ tli_verdict tli_hood_gather(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
     h->side_counts[0] = h->side_counts[1] = h->gone_count = h->fan_count = 0;
     if (cu == TLI_FROZEN || cv == TLI_FROZEN || (cu == TLI_CORNER && cv == TLI_CORNER))
         return TLI_NO_TOPOLOGY;
-    if (w->verts[u].star.count + w->verts[v].star.count > TLI_STAR_MAX) return TLI_NO_ROOM;
+    return w->verts[u].star.count + w->verts[v].star.count > TLI_STAR_MAX ? TLI_NO_ROOM : TLI_DONE;
+}
+
+/* Where an end is free and all new tets are positive, seen from the new place the rim of both stars
+ * is hit once in every direction: it is a sphere (half of one on a surface), no edge or vertex of
+ * it occurs twice, and no edge of the ring can be missing. So the ring is looked at only where that
+ * is not known. */
+tli_verdict tli_hood_gather(tli_work *w, tli_hood *h, bool shapes_fine)
+{
+    tl_lidx u = h->ends[0], v = h->ends[1];
+    uint8_t cu = w->verts[u].kind, cv = w->verts[v].kind;
     local(w, h, u);
     local(w, h, v);
     tli_verdict verdict = gather_u(w, h, u, v);
     if (!verdict) verdict = gather_v(w, h, u, v);
     if (verdict) return verdict;
-    if (!ring_edges_fine(h)) return TLI_NO_TOPOLOGY;
+    if (!shapes_fine && !ring_edges_fine(h)) return TLI_NO_TOPOLOGY;
     if (cu == TLI_FREE || cv == TLI_FREE)
         return gone_between_surfaces(w, h) ? TLI_NO_TOPOLOGY : TLI_DONE;
     if (!surface_link_fine(w, h)) return TLI_NO_TOPOLOGY;

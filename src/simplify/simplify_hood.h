@@ -36,8 +36,9 @@ struct tli_hood {
     tli_fan_face fan[TLI_FAN_MAX]; /* surface faces at u or v, each once */
     uint32_t fan_count;
 
-    double place[3];               /* of the new vertex, mesh units */
-    double rel[TLI_HOOD_VERTS][3]; /* of the neighbours, from place */
+    float corners[9][TLI_STAR_MAX]; /* of the changed tets, from place, in edge lengths */
+    double place[3];                /* of the new vertex, mesh units */
+    double rel[TLI_HOOD_VERTS][3];  /* of the neighbours, from place */
     double rel2[TLI_HOOD_VERTS];
     double *values;       /* [components] of the new vertex */
     double *sum;          /* [quadric_floats] quadric of the edge at anchor u */
@@ -45,9 +46,12 @@ struct tli_hood {
     tli_carried *carried; /* NULL without an error bound */
 };
 
-/* simplify_hood.c: fills the hood and checks the topology (link condition with the boundary's dummy
- * vertex, Sondershaus 2007, 3.1.3; the same in the surface complex). */
-tli_verdict tli_hood_gather(tli_work *work, tli_hood *hood, tl_lidx u, tl_lidx v);
+/* Empties the hood for the edge u v; says whether such an edge may be collapsed at all. */
+tli_verdict tli_hood_begin(const tli_work *work, tli_hood *hood, tl_lidx u, tl_lidx v);
+/* Fills the hood and checks the topology (link condition with the boundary's dummy vertex,
+ * Sondershaus 2007, 3.1.3; the same in the surface complex). shapes_fine: all tets of the collapse,
+ * which has a free end, are known to be positive. */
+tli_verdict tli_hood_gather(tli_work *work, tli_hood *hood, bool shapes_fine);
 /* Lists the surface faces at both ends; false when there are too many. */
 bool tli_hood_list_fan(const tli_work *work, tli_hood *hood);
 

@@ -10,8 +10,6 @@
 /* A boundary edge is sharp when its two faces bend by more than this (radians). */
 static const double SHARP_ANGLE = 0.7;
 
-static const uint8_t FACE_VERTS[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-
 /* Sets the face bits and lists the surface faces; an interface face comes from its lower region. */
 static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
 {
@@ -31,7 +29,7 @@ static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
                 if (st) return st;
             }
             for (int i = 0; i < 3; i++)
-                w->surface[w->surface_count][i] = w->tets[t][FACE_VERTS[f][i]];
+                w->surface[w->surface_count][i] = w->tets[t][TLI_FACE_VERTS[f][i]];
             w->surface_count++;
         }
     return TL_OK;
@@ -45,7 +43,7 @@ static void freeze(tli_work *w, tl_lidx v)
 /* True if the face shows the same side from both tets: they overlap, or are the same tet twice. */
 static bool face_folds(const tl_lidx t[4], unsigned face, const tl_lidx o[4], unsigned other)
 {
-    const uint8_t *p = FACE_VERTS[face], *q = FACE_VERTS[other];
+    const uint8_t *p = TLI_FACE_VERTS[face], *q = TLI_FACE_VERTS[other];
     unsigned i = 0;
     while (i < 2 && o[q[i]] != t[p[0]]) i++;
     return o[q[(i + 1) % 3]] == t[p[1]];
@@ -67,10 +65,8 @@ static tl_status find_bad_tets(void *arg, size_t begin, size_t end, unsigned wor
         const tl_lidx *q = w->tets[t];
         const double *p[4];
         bool fine = true;
-        for (int i = 0; i < 4; i++) {
-            p[i] = w->verts[q[i]].xyz;
-            fine = fine && isfinite(p[i][0]) && isfinite(p[i][1]) && isfinite(p[i][2]);
-        }
+        for (int i = 0; i < 4; i++) p[i] = w->verts[q[i]].xyz;
+        for (int i = 0; i < 4; i++) fine = fine && isfinite(p[i][0] + p[i][1] + p[i][2]);
         fine = fine && tli_orient3d(p[0], p[1], p[2], p[3]) > 0;
         for (unsigned f = 0; fine && f < 4; f++) {
             tl_lidx o = job->opposite[4 * t + f];

@@ -6,6 +6,7 @@
 
 #include "base/base_sort.h"
 #include "simplify/simplify_carry.h"
+#include "simplify/simplify_cost.h"
 #include "simplify/simplify_quadric.h"
 
 /* Surface moves below this part of the largest coordinate are rounding. */
@@ -184,6 +185,7 @@ tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_op
     }
     w->quadric_floats = (tli_quadric_floats(w->components) + w->components + 15) / 16 * 16;
     w->shape_cube = opts->min_quality * opts->min_quality * opts->min_quality;
+    w->shapes = tli_shapes_best();
     w->placement = opts->placement;
     w->listener = opts->listener;
     w->listener_user = opts->listener_user;

@@ -26,6 +26,15 @@ typedef enum tli_class {
     TLI_FROZEN = 4   /* its tets must not change: non-manifold, flat, inverted, not finite */
 } tli_class;
 
+/* The vertices of face f, so that vertex f and they are a positive tet if the tet is one. */
+static const uint8_t TLI_FACE_VERTS[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
+/* Which corner of a tet is v; one of them has to be. */
+static inline unsigned tli_corner_of(const tl_lidx q[4], tl_lidx v)
+{
+    return (unsigned)((q[1] == v) | (q[2] == v) << 1 | (q[3] == v) * 3u);
+}
+
 /* What an attempt left undone. */
 typedef enum tli_verdict {
     TLI_DONE = 0,
@@ -36,6 +45,13 @@ typedef enum tli_verdict {
     TLI_NO_ROOM,     /* too many tets around the edge */
     TLI_VERDICT_COUNT
 } tli_verdict;
+
+/* A first look at the shapes of count tets that share a vertex at 0, with their other corners in
+ * columns x y z of three: how sure is it that all are positive and not badly shaped?
+ * simplify_cost.inc.h */
+typedef enum tli_shapes { TLI_SHAPES_FINE, TLI_SHAPES_UNSURE, TLI_SHAPES_TURNED } tli_shapes;
+typedef tli_shapes (*tli_shapes_fn)(const float (*corners)[TLI_STAR_MAX], size_t count,
+                                    float least);
 
 /* The tets around a vertex. The array belongs to a star bank (or is part of the first incidence).
  */
@@ -98,6 +114,7 @@ typedef struct tli_work {
     double rounding;       /* mesh units: surface moves below it are rounding of coordinates */
     double boundary_error; /* mesh units */
     double shape_cube;     /* least mean ratio, cubed */
+    tli_shapes_fn shapes;
     tl_placement placement;
     struct {
         uint32_t components;
