@@ -187,6 +187,32 @@ static void test_linear(void **state)
     tl_ctx_destroy(ctx);
 }
 
+/* A constant beside a channel with a bound is in nobody's way. */
+static void test_constant_beside(void **state)
+{
+    tl_ctx *ctx = shrink_ctx(1);
+    make_mesh m = make_grid(9);
+    (void)state;
+    tl_mesh *mesh = make_object(ctx, &m, field_bumps);
+    tl_simplify_opts opts = tl_simplify_opts_defaults();
+    opts.error = 0.05;
+    shrunk alone = shrink(mesh, &opts);
+    double *zeros = calloc(m.vert_count, sizeof *zeros);
+    tl_channel constant = {"zero", "", 1, TL_ON_VERTEX, TL_F64, zeros};
+    CHECK_OK(ctx, tl_mesh_add_channel(mesh, &constant));
+    shrunk beside = shrink(mesh, &opts);
+    CHECK(alone.result.tets_out < m.tet_count / 2);
+    CHECK_NEAR((double)beside.result.tets_out, (double)alone.result.tets_out,
+               0.05 * (double)m.tet_count);
+    CHECK(beside.result.channels[1].max_error == 0);
+    shrink_release(&alone);
+    shrink_release(&beside);
+    free(zeros);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
 /* An error was asked for and no channel can break it: the shape alone decides. */
 static void test_nothing_to_break(void **state)
 {
@@ -264,10 +290,10 @@ static void test_invariance(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_one_channel),   cmocka_unit_test(test_bound_and_target),
-        cmocka_unit_test(test_many_channels), cmocka_unit_test(test_others_carried),
-        cmocka_unit_test(test_linear),        cmocka_unit_test(test_nothing_to_break),
-        cmocka_unit_test(test_invariance),
+        cmocka_unit_test(test_one_channel),     cmocka_unit_test(test_bound_and_target),
+        cmocka_unit_test(test_many_channels),   cmocka_unit_test(test_others_carried),
+        cmocka_unit_test(test_linear),          cmocka_unit_test(test_nothing_to_break),
+        cmocka_unit_test(test_constant_beside), cmocka_unit_test(test_invariance),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -42,8 +42,9 @@ tl_status tli_carry_create(tli_work *w, const tl_mesh *mesh, const tl_simplify_o
     if (st) return st;
     for (size_t i = 0; i < c->channel_count; i++) {
         const tl_channel *from = tl_mesh_channel_by_name(mesh, opts->channels[i].name);
-        c->channels[i] = (carried_channel){from->values, from->components, channel_scales[i],
-                                           bounds[i] * channel_scales[i]};
+        double scale = channel_scales[i]; /* 0 for a constant, which has no bound to break */
+        c->channels[i] = (carried_channel){from->values, from->components, scale,
+                                           scale > 0 ? bounds[i] * scale : INFINITY};
     }
     memset(c->first, 0xff, w->tet_count * sizeof *c->first);
     for (size_t v = 0; v < w->vert_count; v++) {
@@ -159,6 +160,10 @@ static bool within_bounds(const tli_work *w, const tli_hood *h, tl_lidx v, uint3
     for (int j = 0; j < 3; j++) corner[j + 1] = w->values + h->verts[l[j]] * w->components;
     for (size_t c = 0; c < w->carry->channel_count; c++) {
         const carried_channel *ch = &w->carry->channels[c];
+        if (ch->bound == INFINITY) {
+            first += ch->components;
+            continue;
+        }
         const double *want = ch->values + (size_t)w->verts[v].origin * ch->components;
         double sum = 0;
         for (uint32_t k = 0; k < ch->components; k++) {
