@@ -47,9 +47,9 @@ static size_t holds_bound(const tl_mesh *mesh, const tl_simplify_opts *opts, siz
 static void test_one_channel(void **state)
 {
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid(13);
+    make_mesh m = make_grid(10);
     (void)state;
-    perturb_inner(&m, 0.1 / 12, 2);
+    perturb_inner(&m, 0.1 / 9, 2);
     tl_mesh *mesh = make_object(ctx, &m, field_bumps);
     double range[2];
     tl_channel_range(tl_mesh_channel(mesh, 0), m.vert_count, range, NULL);
@@ -77,7 +77,7 @@ static void test_one_channel(void **state)
 static void test_bound_and_target(void **state)
 {
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid(13);
+    make_mesh m = make_grid(10);
     (void)state;
     tl_mesh *mesh = make_object(ctx, &m, field_bumps);
     double range[2];
@@ -106,9 +106,9 @@ static void test_many_channels(void **state)
 {
     static const char *const names[] = {"f", "velocity", "stress", "small"};
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid(11);
+    make_mesh m = make_grid(9);
     (void)state;
-    perturb_inner(&m, 0.1 / 10, 4);
+    perturb_inner(&m, 0.1 / 8, 4);
     tl_mesh *mesh = make_object(ctx, &m, field_bumps);
     add_channel(mesh, "velocity", 3, 50);
     add_channel(mesh, "stress", 6, 1e6);
@@ -144,7 +144,7 @@ static void test_many_channels(void **state)
 static void test_others_carried(void **state)
 {
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid(13);
+    make_mesh m = make_grid(10);
     (void)state;
     tl_mesh *mesh = make_object(ctx, &m, field_bumps);
     double *values = malloc(m.vert_count * sizeof *values);
@@ -170,9 +170,9 @@ static void test_others_carried(void **state)
 static void test_linear(void **state)
 {
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid(13);
+    make_mesh m = make_grid(10);
     (void)state;
-    perturb_inner(&m, 0.1 / 12, 2);
+    perturb_inner(&m, 0.1 / 9, 2);
     tl_mesh *mesh = make_object(ctx, &m, field_linear);
     tl_simplify_opts opts = tl_simplify_opts_defaults();
     opts.error = 1e-3;
@@ -265,9 +265,9 @@ static void test_invariance(void **state)
                                       {1e-6, 0, 1},  {1e6, 0, 1},  {1, 1e6, 1},   {1e-6, 1e6, 1},
                                       {1, 0, 1e-12}, {1, 0, 1e12}, {1e-15, 0, 1}, {1e15, 0, 1e-20}};
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid(15);
+    make_mesh m = make_grid(12);
     (void)state;
-    perturb_inner(&m, 0.1 / 14, 8);
+    perturb_inner(&m, 0.1 / 11, 8);
     for (int by_error = 0; by_error < 2; by_error++) {
         shrunk base = transformed(ctx, &m, 1, 0, 1, by_error ? 0.02 : 0);
         for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

@@ -172,7 +172,7 @@ static void test_bad_parts(void **state)
 {
     (void)state;
     for (int kind = 0; kind < 5; kind++) {
-        make_mesh m = make_grid(11);
+        make_mesh m = make_grid(9);
         uint64_t seed = 17;
         for (int i = 0; i < 12; i++) {
             tl_lidx *q = m.tets + 4 * (size_t)(make_random(&seed) % m.tet_count);
@@ -304,12 +304,12 @@ static void test_nonmanifold(void **state)
 /* Layers of 1e-6 in a domain of 100, as at a wall. */
 static void test_thin_layers(void **state)
 {
-    make_mesh m = make_grid(15);
+    make_mesh m = make_grid(12);
     tl_ctx *ctx = shrink_ctx(2);
     (void)state;
     for (size_t v = 0; v < m.vert_count; v++) {
         double *x = m.xyz + 3 * v;
-        x[2] = x[2] > 0 ? 1e-6 * pow(1e8, (x[2] * 14 - 1) / 13) : 0; /* 0, 1e-6 ... 100 */
+        x[2] = x[2] > 0 ? 1e-6 * pow(1e8, (x[2] * 11 - 1) / 10) : 0; /* 0, 1e-6 ... 100 */
         x[0] *= 100;
         x[1] *= 100;
     }

@@ -44,7 +44,7 @@ static void test_threads(void **state)
             tl_ctx *ctxs[5];
             for (size_t i = 0; i < 5; i++) {
                 ctxs[i] = shrink_ctx(threads[i]);
-                meshes[i] = bumpy_grid(ctxs[i], by_error ? 13 : 29);
+                meshes[i] = bumpy_grid(ctxs[i], by_error ? 9 : 20);
                 tl_simplify_opts opts = shrink_ratio(0.1);
                 opts.method = (tl_simplify_method)method;
                 opts.error = by_error ? 0.02 : 0;
@@ -74,12 +74,12 @@ static void test_threads(void **state)
 static void test_methods(void **state)
 {
     tl_ctx *ctx = shrink_ctx(2);
-    tl_mesh *mesh = bumpy_grid(ctx, 21);
+    tl_mesh *mesh = bumpy_grid(ctx, 15);
     double rms[2][TL_SIMPLIFY_BLOCKS + 1];
     (void)state;
     for (int placement = 0; placement < 2; placement++)
         for (int method = 0; method <= TL_SIMPLIFY_BLOCKS; method++) {
-            tl_simplify_opts opts = shrink_ratio(0.2);
+            tl_simplify_opts opts = shrink_ratio(0.3);
             opts.method = (tl_simplify_method)method;
             opts.placement = (tl_placement)placement;
             shrunk s = shrink(mesh, &opts);
@@ -138,7 +138,7 @@ static void test_subset(void **state)
 static void test_locked(void **state)
 {
     tl_ctx *ctx = shrink_ctx(2);
-    tl_mesh *mesh = bumpy_grid(ctx, 13);
+    tl_mesh *mesh = bumpy_grid(ctx, 9);
     size_t n = tl_mesh_vert_count(mesh);
     uint8_t *locked = calloc(n, 1);
     uint64_t seed = 3;
@@ -249,11 +249,12 @@ static placed *place_tets(const tl_lidx *tets, size_t count, const double *xyz)
 static void test_listener(void **state)
 {
     tl_ctx *ctx = shrink_ctx(3);
-    tl_mesh *mesh = bumpy_grid(ctx, 21);
-    size_t verts = tl_mesh_vert_count(mesh), tets = tl_mesh_tet_count(mesh);
     (void)state;
     for (int method = 0; method <= TL_SIMPLIFY_BLOCKS; method++)
         for (int by_error = 0; by_error < 2; by_error++) {
+            /* blocks are made of some thousand vertices and more */
+            tl_mesh *mesh = bumpy_grid(ctx, method == TL_SIMPLIFY_BLOCKS ? 20 : 9);
+            size_t verts = tl_mesh_vert_count(mesh), tets = tl_mesh_tet_count(mesh);
             replay r = {.tets = malloc(4 * tets * sizeof *r.tets),
                         .xyz = malloc(3 * verts * sizeof *r.xyz),
                         .gone = calloc(verts, 1),
@@ -280,8 +281,8 @@ static void test_listener(void **state)
             free(r.xyz);
             free(r.gone);
             shrink_release(&s);
+            tl_mesh_destroy(mesh);
         }
-    tl_mesh_destroy(mesh);
     tl_ctx_destroy(ctx);
 }
 
@@ -296,7 +297,7 @@ static tl_status count_collapse(void *user, const tl_collapse *c)
 static void test_listener_same(void **state)
 {
     tl_ctx *ctx = shrink_ctx(4);
-    tl_mesh *mesh = bumpy_grid(ctx, 33);
+    tl_mesh *mesh = bumpy_grid(ctx, 22);
     size_t calls = 0;
     (void)state;
     tl_simplify_opts opts = shrink_ratio(0.1);

@@ -100,7 +100,7 @@ static void test_graded(void **state)
 static void test_cavity(void **state)
 {
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid_cavity(19);
+    make_mesh m = make_grid_cavity(16);
     tl_mesh *mesh = make_object(ctx, &m, field_bumps);
     (void)state;
     meets_ratio(mesh, 0.1, -1, 1e-4);
@@ -127,7 +127,7 @@ static void test_curved_cavity(void **state)
 {
     static const double asked[] = {1e-3, 3e-3, 1e-2};
     tl_ctx *ctx = shrink_ctx(2);
-    make_mesh m = make_grid_cavity(25);
+    make_mesh m = make_grid_cavity(19);
     (void)state;
     round_cavity(&m);
     tl_mesh *mesh = make_object(ctx, &m, field_bumps);
