@@ -3,6 +3,7 @@
  * linear over the overlay of the two and largest at one of its corners: a bound on the two-sided
  * Hausdorff distance that is exact for small bends. Where a fan can't be seen so, the simplicial
  * map that moves both ends to the new place bounds the distance. */
+#include "measure/measure_vec.h"
 #include "simplify/simplify_hood.h"
 
 /* A point counts as inside a projected triangle down to this barycentric weight. */
@@ -22,23 +23,6 @@ typedef struct sheet {
     uint16_t u, v;                               /* points of the ends, 0 when absent */
 } sheet;
 
-static void sub(const double *a, const double *b, double *out)
-{
-    for (int i = 0; i < 3; i++) out[i] = a[i] - b[i];
-}
-
-static void cross(const double *a, const double *b, double *out)
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double dot(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Sum of the area normals of one group (all when group is NULL) and of their lengths. */
 static double sum_normals(const tli_work *w, const tli_hood *h, const int64_t *group, double n[3])
 {
@@ -48,11 +32,11 @@ static double sum_normals(const tli_work *w, const tli_hood *h, const int64_t *g
         if (group && h->fan[i].group != *group) continue;
         const uint16_t *l = h->fan[i].verts;
         double a[3], b[3], c[3];
-        sub(w->verts[h->verts[l[1]]].xyz, w->verts[h->verts[l[0]]].xyz, a);
-        sub(w->verts[h->verts[l[2]]].xyz, w->verts[h->verts[l[0]]].xyz, b);
-        cross(a, b, c);
+        vec_sub(w->verts[h->verts[l[1]]].xyz, w->verts[h->verts[l[0]]].xyz, a);
+        vec_sub(w->verts[h->verts[l[2]]].xyz, w->verts[h->verts[l[0]]].xyz, b);
+        vec_cross(a, b, c);
         for (int j = 0; j < 3; j++) n[j] += c[j];
-        lengths += sqrt(dot(c, c));
+        lengths += vec_length(c);
     }
     return lengths;
 }
@@ -60,15 +44,15 @@ static double sum_normals(const tli_work *w, const tli_hood *h, const int64_t *g
 bool tli_fan_volume_plane(const tli_work *w, const tli_hood *h, double normal[3], double *offset)
 {
     double lengths = sum_normals(w, h, NULL, normal), total = 0;
-    if (!(sqrt(dot(normal, normal)) > FOLD * lengths)) return false;
+    if (!(vec_length(normal) > FOLD * lengths)) return false;
     for (uint32_t i = 0; i < h->fan_count; i++) {
         const uint16_t *l = h->fan[i].verts;
         double a[3], b[3], c[3], o[3];
-        sub(w->verts[h->verts[l[1]]].xyz, w->verts[h->verts[l[0]]].xyz, a);
-        sub(w->verts[h->verts[l[2]]].xyz, w->verts[h->verts[l[0]]].xyz, b);
-        sub(w->verts[h->verts[l[0]]].xyz, w->verts[h->ends[0]].xyz, o);
-        cross(a, b, c);
-        total += dot(c, o);
+        vec_sub(w->verts[h->verts[l[1]]].xyz, w->verts[h->verts[l[0]]].xyz, a);
+        vec_sub(w->verts[h->verts[l[2]]].xyz, w->verts[h->verts[l[0]]].xyz, b);
+        vec_sub(w->verts[h->verts[l[0]]].xyz, w->verts[h->ends[0]].xyz, o);
+        vec_cross(a, b, c);
+        total += vec_dot(c, o);
     }
     *offset = total;
     return true;
@@ -87,14 +71,14 @@ static bool make_sheet(const tli_work *w, const tli_hood *h, int64_t group, cons
                        const double *moved_v, sheet *s)
 {
     double n[3], x[3] = {0, 0, 0}, y[3];
-    double lengths = sum_normals(w, h, &group, n), l = sqrt(dot(n, n));
+    double lengths = sum_normals(w, h, &group, n), l = vec_length(n);
     if (!(l > FOLD * lengths)) return false;
     for (int i = 0; i < 3; i++) n[i] /= l;
     x[fabs(n[0]) < 0.6 ? 0 : fabs(n[1]) < 0.6 ? 1 : 2] = 1;
-    cross(n, x, y);
-    l = sqrt(dot(y, y));
+    vec_cross(n, x, y);
+    l = vec_length(y);
     for (int i = 0; i < 3; i++) y[i] /= l;
-    cross(y, n, x);
+    vec_cross(y, n, x);
     s->point_count = 1;
     s->tri_count = s->fresh_count = 0;
     for (uint32_t i = 0; i < h->fan_count; i++) {
@@ -115,10 +99,11 @@ static bool make_sheet(const tli_work *w, const tli_hood *h, int64_t group, cons
     memset(s->at[0], 0, sizeof s->at[0]);
     for (uint16_t i = 1; i < s->point_count; i++) {
         double d[3];
-        sub(s->from[i] == 1 && moved_v ? moved_v : w->verts[h->verts[s->from[i]]].xyz, place, d);
-        s->at[i][0] = dot(d, x);
-        s->at[i][1] = dot(d, y);
-        s->at[i][2] = dot(d, n);
+        vec_sub(s->from[i] == 1 && moved_v ? moved_v : w->verts[h->verts[s->from[i]]].xyz, place,
+                d);
+        s->at[i][0] = vec_dot(d, x);
+        s->at[i][1] = vec_dot(d, y);
+        s->at[i][2] = vec_dot(d, n);
         if (s->from[i] == 0) s->u = i;
         if (s->from[i] == 1) s->v = i;
     }
@@ -232,13 +217,13 @@ static double straighten_curve(const tli_work *w, const tli_hood *h, unsigned go
     if (!next) return -1;
     double a[3], b[3], way[3];
     const double *stay = w->verts[h->ends[1 - goes]].xyz;
-    sub(w->verts[h->verts[next]].xyz, stay, a);
-    sub(w->verts[h->ends[goes]].xyz, stay, b);
-    double t = dot(a, b) / dot(a, a);
+    vec_sub(w->verts[h->verts[next]].xyz, stay, a);
+    vec_sub(w->verts[h->ends[goes]].xyz, stay, b);
+    double t = vec_dot(a, b) / vec_dot(a, a);
     if (!(t >= 0 && t <= 1)) return -1;
     for (int i = 0; i < 3; i++) moved[i] = stay[i] + t * a[i];
-    sub(moved, w->verts[h->ends[goes]].xyz, way);
-    return sqrt(dot(way, way));
+    vec_sub(moved, w->verts[h->ends[goes]].xyz, way);
+    return vec_length(way);
 }
 
 /* A fan in one plane stays there when no face turns: the most frequent case by far. */
@@ -246,11 +231,11 @@ static bool stays_flat(const tli_work *w, const tli_hood *h, const double place[
 {
     double n[3], a[3], b[3], c[3];
     const double *origin = w->verts[h->ends[0]].xyz;
-    double lengths = sum_normals(w, h, NULL, n), slack = sqrt(dot(n, n));
+    double lengths = sum_normals(w, h, NULL, n), slack = vec_length(n);
     if (!(slack > 0.999 * lengths)) return false;
     slack *= w->rounding;
-    sub(place, origin, a);
-    if (!(fabs(dot(a, n)) < slack)) return false;
+    vec_sub(place, origin, a);
+    if (!(fabs(vec_dot(a, n)) < slack)) return false;
     for (uint32_t i = 0; i < h->fan_count; i++) {
         const double *x[3];
         unsigned ends = 0;
@@ -258,14 +243,14 @@ static bool stays_flat(const tli_work *w, const tli_hood *h, const double place[
             uint16_t l = h->fan[i].verts[j];
             x[j] = l <= 1 ? place : w->verts[h->verts[l]].xyz;
             ends += l <= 1;
-            sub(w->verts[h->verts[l]].xyz, origin, a);
-            if (!(fabs(dot(a, n)) < slack)) return false;
+            vec_sub(w->verts[h->verts[l]].xyz, origin, a);
+            if (!(fabs(vec_dot(a, n)) < slack)) return false;
         }
         if (ends == 2) continue;
-        sub(x[1], x[0], a);
-        sub(x[2], x[0], b);
-        cross(a, b, c);
-        if (!(dot(c, n) > 0)) return false;
+        vec_sub(x[1], x[0], a);
+        vec_sub(x[2], x[0], b);
+        vec_cross(a, b, c);
+        if (!(vec_dot(c, n) > 0)) return false;
     }
     return true;
 }
@@ -274,8 +259,8 @@ double tli_fan_distance(const tli_work *w, const tli_hood *h, const double place
 {
     double way[3], simple = 0, total = 0, moved[3], straight = 0;
     for (int e = 0; e < 2; e++) {
-        sub(place, w->verts[h->ends[e]].xyz, way);
-        if (dot(way, way) > simple) simple = dot(way, way);
+        vec_sub(place, w->verts[h->ends[e]].xyz, way);
+        if (vec_dot(way, way) > simple) simple = vec_dot(way, way);
     }
     simple = sqrt(simple);
     bool curve = w->verts[h->ends[0]].kind >= TLI_CURVE && w->verts[h->ends[1]].kind >= TLI_CURVE;

@@ -5,6 +5,8 @@
 
 #include "base/base_predicates.h"
 #include "base/base_sort.h"
+#include "measure/measure_vec.h"
+#include "mesh/mesh.h"
 #include "simplify/simplify_work.h"
 
 /* A boundary edge is sharp when its two faces bend by more than this (radians). */
@@ -29,7 +31,7 @@ static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
                 if (st) return st;
             }
             for (int i = 0; i < 3; i++)
-                w->surface[w->surface_count][i] = w->tets[t][TLI_FACE_VERTS[f][i]];
+                w->surface[w->surface_count][i] = w->tets[t][TLI_tli_tet_faces[f][i]];
             w->surface_count++;
         }
     return TL_OK;
@@ -43,7 +45,7 @@ static void freeze(tli_work *w, tl_lidx v)
 /* True if the face shows the same side from both tets: they overlap, or are the same tet twice. */
 static bool face_folds(const tl_lidx t[4], unsigned face, const tl_lidx o[4], unsigned other)
 {
-    const uint8_t *p = TLI_FACE_VERTS[face], *q = TLI_FACE_VERTS[other];
+    const uint8_t *p = TLI_tli_tet_faces[face], *q = TLI_tli_tet_faces[other];
     unsigned i = 0;
     while (i < 2 && o[q[i]] != t[p[0]]) i++;
     return o[q[(i + 1) % 3]] == t[p[1]];
@@ -121,12 +123,11 @@ static void face_normal(const tli_work *w, size_t s, double n[3])
 {
     const double *a = w->verts[w->surface[s][0]].xyz, *b = w->verts[w->surface[s][1]].xyz,
                  *c = w->verts[w->surface[s][2]].xyz;
-    double u[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]},
-           v[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-    n[0] = u[1] * v[2] - u[2] * v[1];
-    n[1] = u[2] * v[0] - u[0] * v[2];
-    n[2] = u[0] * v[1] - u[1] * v[0];
-    double l = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    double u[3], v[3];
+    vec_sub(b, a, u);
+    vec_sub(c, a, v);
+    vec_cross(u, v, n);
+    double l = vec_length(n);
     for (int i = 0; i < 3; i++) n[i] = l > 0 ? n[i] / l : 0;
 }
 
@@ -168,8 +169,7 @@ static tl_status classify_edges(tli_work *w, const edge_list *edges, const uint8
         double n0[3], n1[3];
         face_normal(w, edges->faces[i], n0);
         face_normal(w, edges->faces[i + 1], n1);
-        if (n0[0] * n1[0] + n0[1] * n1[1] + n0[2] * n1[2] < cos(SHARP_ANGLE))
-            st = add_sharp(w, edges->keys[i], &capacity);
+        if (vec_dot(n0, n1) < cos(SHARP_ANGLE)) st = add_sharp(w, edges->keys[i], &capacity);
     }
     return st;
 }
