@@ -365,7 +365,7 @@ static size_t list_corners(const tli_work *w, tli_hood *h, unsigned end, double 
     for (uint32_t i = 0; i < star->count; i++) {
         const tl_lidx *q = w->tets[star->tets[i]];
         if (q[0] == other || q[1] == other || q[2] == other || q[3] == other) continue;
-        const uint8_t *f = TLI_FACE_VERTS[tli_corner_of(q, at)];
+        const uint8_t *f = tli_tet_faces[tli_corner_of(q, at)];
         for (int j = 0; j < 3; j++) {
             const double *x = w->verts[q[f[j]]].xyz;
             h->corners[3 * j][count] = (float)((x[0] - h->place[0]) * scale);

@@ -54,7 +54,7 @@ static tli_verdict gather_u(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
     for (uint32_t i = 0; i < s->count; i++) {
         tl_lidx t = s->tets[i];
         const tl_lidx *q = w->tets[t];
-        const uint8_t *f = TLI_FACE_VERTS[tli_corner_of(q, u)];
+        const uint8_t *f = tli_tet_faces[tli_corner_of(q, u)];
         uint16_t l[3] = {local(w, h, q[f[0]]), local(w, h, q[f[1]]), local(w, h, q[f[2]])};
         h->flags[l[0]] |= AT_U;
         h->flags[l[1]] |= AT_U;
@@ -84,7 +84,7 @@ static tli_verdict gather_v(tli_work *w, tli_hood *h, tl_lidx u, tl_lidx v)
         tl_lidx t = s->tets[i];
         const tl_lidx *q = w->tets[t];
         if (q[0] == u || q[1] == u || q[2] == u || q[3] == u) continue;
-        const uint8_t *f = TLI_FACE_VERTS[tli_corner_of(q, v)];
+        const uint8_t *f = tli_tet_faces[tli_corner_of(q, v)];
         tli_hood_tet *to = &h->sides[1][h->side_counts[1]++];
         to->tet = t;
         for (int j = 0; j < 3; j++) {
@@ -209,7 +209,7 @@ static void add_fan_faces(const tli_work *w, tli_hood *h, tl_lidx t, tl_lidx end
         }
         tli_fan_face *to = &h->fan[h->fan_count++];
         for (int j = 0; j < 3; j++)
-            to->verts[j] = (uint16_t)(w->verts[q[TLI_FACE_VERTS[f][j]]].mark - 1);
+            to->verts[j] = (uint16_t)(w->verts[q[tli_tet_faces[f][j]]].mark - 1);
         to->group = (w->regions ? (int64_t)w->regions[t] * 2 : 0) + (w->faces[t] >> (4 + f) & 1);
     }
 }

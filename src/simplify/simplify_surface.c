@@ -31,7 +31,7 @@ static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
                 if (st) return st;
             }
             for (int i = 0; i < 3; i++)
-                w->surface[w->surface_count][i] = w->tets[t][TLI_FACE_VERTS[f][i]];
+                w->surface[w->surface_count][i] = w->tets[t][tli_tet_faces[f][i]];
             w->surface_count++;
         }
     return TL_OK;
@@ -45,7 +45,7 @@ static void freeze(tli_work *w, tl_lidx v)
 /* True if the face shows the same side from both tets: they overlap, or are the same tet twice. */
 static bool face_folds(const tl_lidx t[4], unsigned face, const tl_lidx o[4], unsigned other)
 {
-    const uint8_t *p = TLI_FACE_VERTS[face], *q = TLI_FACE_VERTS[other];
+    const uint8_t *p = tli_tet_faces[face], *q = tli_tet_faces[other];
     unsigned i = 0;
     while (i < 2 && o[q[i]] != t[p[0]]) i++;
     return o[q[(i + 1) % 3]] == t[p[1]];

@@ -6,6 +6,7 @@
 #define TETRALOD_SRC_SIMPLIFY_WORK_H
 
 #include "base/base.h"
+#include "mesh/mesh.h"
 #include "tetralod/simplify.h"
 
 /* Tets of two stars together past which an edge is not collapsed: scratch space is bounded by it.
@@ -25,9 +26,6 @@ typedef enum tli_class {
     TLI_CORNER = 3,  /* where curves meet, or locked by the caller: place and values stay */
     TLI_FROZEN = 4   /* its tets must not change: non-manifold, flat, inverted, not finite */
 } tli_class;
-
-/* The vertices of face f, so that vertex f and they are a positive tet if the tet is one. */
-static const uint8_t TLI_FACE_VERTS[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 /* Which corner of a tet is v; one of them has to be. */
 static inline unsigned tli_corner_of(const tl_lidx q[4], tl_lidx v)
