@@ -19,6 +19,12 @@ bool tli_to_lidx(uint64_t value, tl_lidx *out);
 /* Copies a string into the context's memory. Gives it. NULL stays NULL. */
 char *tli_strdup(tl_ctx *ctx, const char *text, tl_status *status);
 
+/* Copies the options that a caller gave over *opts [opts_bytes], which holds the defaults; of a
+ * shorter struct, of an older program, as much as there is. given NULL: the defaults stay. type:
+ * for the message. TL_ERR_ARG for a size that can't be. */
+tl_status tli_opts_take(tl_ctx *ctx, const char *type, const void *given, void *opts,
+                        size_t opts_bytes);
+
 /* ---- arena: many small blocks that die together (opened and closed by a driver) ---- */
 typedef struct tli_arena_chunk tli_arena_chunk;
 typedef struct tli_arena {

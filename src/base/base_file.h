@@ -5,6 +5,9 @@
 
 #include "base/base.h"
 
+/* True if the path ends in ending, which is in lower case, in any case. */
+bool tli_path_ends(const char *path, const char *ending);
+
 /* A whole file as bytes, mapped (or read, where it can't be mapped). */
 typedef struct tli_map {
     const uint8_t *bytes; /* [byte_count], never NULL after a successful open */

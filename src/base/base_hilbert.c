@@ -5,6 +5,7 @@
  * states x 64), and use one scale for all axes, so that cells are cubes whatever the shape of the
  * box. */
 #include "base/base_sort.h"
+#include "base/base_vec.h"
 
 #include <math.h>
 #include <string.h>
@@ -97,11 +98,6 @@ static inline uint64_t hilbert_key(hilbert_step (*steps)[64], const uint64_t cel
 
 /* ---- over the points ---- */
 
-static inline bool is_finite3(const double p[3])
-{
-    return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]);
-}
-
 static tl_status measure_box(void *arg, size_t begin, size_t end, unsigned worker)
 {
     const hilbert_job *job = arg;
@@ -109,7 +105,7 @@ static tl_status measure_box(void *arg, size_t begin, size_t end, unsigned worke
     memcpy(box, job->boxes[worker], sizeof box);
     for (size_t i = begin; i < end; i++) {
         const double *p = job->xyz + 3 * i;
-        if (!is_finite3(p)) continue;
+        if (!tli_is_finite(p)) continue;
         for (int k = 0; k < 3; k++) {
             box[k] = p[k] < box[k] ? p[k] : box[k];
             box[3 + k] = p[k] > box[3 + k] ? p[k] : box[3 + k];
@@ -145,7 +141,7 @@ static tl_status fill_keys(void *arg, size_t begin, size_t end, unsigned worker)
         const double *p = job->xyz + 3 * i;
         job->order[i] = (uint32_t)i;
         job->keys[i] = KEY_LAST;
-        if (!is_finite3(p)) continue;
+        if (!tli_is_finite(p)) continue;
         uint64_t cell[3];
         for (int k = 0; k < 3; k++) {
             double at = (0.5 * p[k] - job->low[k]) * job->cells_a_unit;

@@ -116,19 +116,10 @@ static const struct {
     {".tlod", "tetralod model"},
 };
 
-static bool name_ends(const char *path, const char *ending)
-{
-    size_t length = strlen(path), tail = strlen(ending);
-    if (length < tail) return false;
-    for (size_t i = 0; i < tail; i++)
-        if (tolower((unsigned char)path[length - tail + i]) != ending[i]) return false;
-    return true;
-}
-
 static const char *name_by_ending(const char *path)
 {
     for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++)
-        if (name_ends(path, endings[i].ending)) return endings[i].name;
+        if (tli_path_ends(path, endings[i].ending)) return endings[i].name;
     return NULL;
 }
 
@@ -215,7 +206,7 @@ static tl_status read_unknown(tl_ctx *ctx, const tli_map *map, const char *path,
     static const char *const read_here[] = {".vtu", ".vti", ".vtr", ".vts", ".vtk"};
     if (map->byte_count == 0) return tl_fail(ctx, TL_ERR_FORMAT, "'%s': an empty file", path);
     for (size_t i = 0; i < sizeof read_here / sizeof read_here[0]; i++)
-        if (name_ends(path, read_here[i]))
+        if (tli_path_ends(path, read_here[i]))
             return tl_fail(ctx, TL_ERR_FORMAT, "'%s': starts with neither %s", path,
                            "'# vtk DataFile Version' nor XML with a VTKFile element");
     const char *foreign = name_by_ending(path);
@@ -250,13 +241,11 @@ tl_status tl_mesh_read(tl_ctx *ctx, const char *path, const tl_read_opts *opts, 
     *mesh = NULL;
     if (report) *report = (tl_read_report){0};
     tl_read_opts filled = tl_read_opts_defaults();
-    if (opts && (opts->struct_bytes == 0 || opts->struct_bytes > sizeof filled))
-        return tl_fail(ctx, TL_ERR_ARG, "tl_read_opts of %zu bytes, expected at most %zu",
-                       opts->struct_bytes, sizeof filled);
-    if (opts) memcpy(&filled, opts, opts->struct_bytes);
+    tl_status st = tli_opts_take(ctx, "tl_read_opts", opts, &filled, sizeof filled);
+    if (st) return st;
 
     tli_map map;
-    tl_status st = tli_map_open(ctx, path, &map);
+    st = tli_map_open(ctx, path, &map);
     if (st) return st;
     tli_grid grid;
     tli_grid_init(ctx, &grid);

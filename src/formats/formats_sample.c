@@ -225,9 +225,8 @@ tl_status tl_sample_write(tl_ctx *ctx, const char *name, uint32_t size, const ch
 {
     const sample *s = find_sample(name);
     tli_sample_mesh mesh;
-    size_t length = strlen(path);
     if (!s) return fail_name(ctx, name);
-    if (length < 4 || strcmp(path + length - 4, ".vtu") != 0)
+    if (!tli_path_ends(path, ".vtu"))
         return tl_fail(ctx, TL_ERR_ARG, "'%s': samples are written as .vtu", path);
     if (!tli_sample_mesh_init(&mesh, s->kind, size ? size : s->default_size))
         return tl_fail(ctx, TL_ERR_ARG, "sample %s: a size of %u is out of range, 2 to 32768", name,

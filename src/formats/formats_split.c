@@ -73,7 +73,7 @@ tli_cell_type tli_cell_type_of(uint8_t vtk_type)
     case 70:
     case 76: /* Bezier triangle, quad */
     case 77: return CELL(SURFACE, NONE, 0);
-    case 10: return CELL(TETRA, TETRA, 4);
+    case TLI_VTK_TETRA: return CELL(TETRA, TETRA, 4);
     case 11: return CELL(VOXEL, VOXEL, 8);
     case 12: return CELL(HEXAHEDRON, HEXAHEDRON, 8);
     case 13: return CELL(WEDGE, WEDGE, 6);

@@ -9,6 +9,9 @@
 /* Most corners of one cell. */
 #define TLI_CORNERS_MAX 8
 
+/* Type of a tetrahedron in VTK's files. */
+#define TLI_VTK_TETRA 10
+
 /* How a cell is split; the corners are in VTK's order. */
 typedef enum tli_shape {
     TLI_SHAPE_NONE = 0, /* no volume, or none that is split here */

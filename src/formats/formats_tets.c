@@ -83,7 +83,7 @@ static tli_cell_type cell_type(const cell_walk *walk)
 {
     const tli_grid *grid = walk->t->grid;
     if (grid->block_count) return structured_type(&grid->blocks[walk->block]);
-    return tli_cell_type_of(grid->types ? grid->types[walk->cell] : 10);
+    return tli_cell_type_of(grid->types ? grid->types[walk->cell] : TLI_VTK_TETRA);
 }
 
 /* Corners: of a structured cell x + 2 y + 4 z, else in VTK's order. */
@@ -273,11 +273,8 @@ tl_read_opts tl_read_opts_defaults(void)
 static tl_status check_options(tl_ctx *ctx, const tl_read_opts *given, tl_read_opts *opts)
 {
     *opts = tl_read_opts_defaults();
-    if (!given) return TL_OK;
-    if (given->struct_bytes == 0 || given->struct_bytes > sizeof *opts)
-        return tl_fail(ctx, TL_ERR_ARG, "tl_read_opts of %zu bytes, expected at most %zu",
-                       given->struct_bytes, sizeof *opts);
-    memcpy(opts, given, given->struct_bytes);
+    tl_status st = tli_opts_take(ctx, "tl_read_opts", given, opts, sizeof *opts);
+    if (st) return st;
     if (opts->split != 5 && opts->split != 6)
         return tl_fail(ctx, TL_ERR_ARG, "a structured cell is split into 5 or 6 tets, not %d",
                        opts->split);
@@ -316,7 +313,7 @@ static tl_status scan_piece(void *arg, size_t begin, size_t end, unsigned worker
     const tli_grid *grid = scan->grid;
     bool same = true;
     for (size_t i = begin; i < end && same; i++)
-        same = (!grid->types || grid->types[i] == 10) &&
+        same = (!grid->types || grid->types[i] == TLI_VTK_TETRA) &&
                (!grid->offsets || (grid->offsets[i] == 4 * i && grid->offsets[i + 1] == 4 * i + 4));
     if (!same) atomic_store(&scan->other, true);
     return TL_OK;

@@ -1,6 +1,7 @@
 /* The fields of a grid on their way into a mesh: regions, cell data repeated for each tet of a cell
  * or averaged to the points, point data as they are. */
 #include "formats/formats_tets.h"
+#include "mesh/mesh.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -134,9 +135,8 @@ static double cell_volume(const tli_tets *t, const tl_lidx *tets, unsigned tet_c
     double sum = 0;
     for (unsigned i = 0; i < tet_count; i++) {
         double p[4][3];
-        for (unsigned v = 0; v < 4; v++)
-            memcpy(p[v], t->grid->xyz + 3 * (size_t)tets[4 * i + v], sizeof p[v]);
-        sum += tl_tet_volume((const double(*)[3])p);
+        tli_tet_corners(t->grid->xyz, tets + 4 * i, p);
+        sum += tl_tet_volume(TLI_CORNERS(p));
     }
     return fabs(sum);
 }

@@ -2,9 +2,8 @@
  * through as they are. */
 #include <string.h>
 
+#include "formats/formats_split.h"
 #include "formats/formats_vtkxml.h"
-
-#define VTK_TETRA 10
 
 /* Numbers the pieces' points and cells and checks that the points of each are in the file. */
 static tl_status place_pieces(tli_vx_file *file, tli_grid *grid)
@@ -133,7 +132,7 @@ static tl_status read_connectivity(tli_vx_file *file, tli_grid *grid)
 static void drop_tet_types(tli_grid *grid)
 {
     for (uint64_t i = 0; i < grid->cell_count; i++)
-        if (grid->types[i] != VTK_TETRA || grid->offsets[i + 1] != 4 * (i + 1)) return;
+        if (grid->types[i] != TLI_VTK_TETRA || grid->offsets[i + 1] != 4 * (i + 1)) return;
     tl_mem_free(grid->ctx, grid->types);
     tl_mem_free(grid->ctx, grid->offsets);
     grid->types = NULL;

@@ -4,7 +4,6 @@
 #include "formats/formats_emit.h"
 #include "formats/formats_tets.h"
 
-#include <ctype.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -191,31 +190,19 @@ static tl_status describe_mesh(tl_ctx *ctx, const tl_mesh *mesh, description *d)
 
 /* ---- the door ---- */
 
-static bool name_ends(const char *path, const char *ending)
-{
-    size_t length = strlen(path), tail = strlen(ending);
-    if (length < tail) return false;
-    for (size_t i = 0; i < tail; i++)
-        if (tolower((unsigned char)path[length - tail + i]) != ending[i]) return false;
-    return true;
-}
-
 tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                         const tl_write_opts *opts)
 {
     tl_write_opts o = tl_write_opts_defaults();
-    if (opts && (opts->struct_bytes == 0 || opts->struct_bytes > sizeof o))
-        return tl_fail(ctx, TL_ERR_ARG, "tl_write_opts of %zu bytes, expected at most %zu",
-                       opts->struct_bytes, sizeof o);
-    if (opts) memcpy(&o, opts, opts->struct_bytes);
-    bool vtk = name_ends(path, ".vtk");
-    if (!vtk && !name_ends(path, ".vtu"))
+    tl_status st = tli_opts_take(ctx, "tl_write_opts", opts, &o, sizeof o);
+    if (st) return st;
+    bool vtk = tli_path_ends(path, ".vtk");
+    if (!vtk && !tli_path_ends(path, ".vtu"))
         return tl_fail(ctx, TL_ERR_ARG, "'%s': the ending says as what to write, .vtu or .vtk",
                        path);
     if (o.zlib && (vtk || o.ascii))
         return tl_fail(ctx, TL_ERR_ARG, "'%s': only a binary .vtu can be compressed", path);
 
-    tl_status st = TL_OK;
     size_t channels = tl_mesh_channel_count(mesh);
     description d = {.arrays = tl_mem_alloc(ctx, channels + 1, sizeof *d.arrays, &st)};
     d.sources = tl_mem_alloc(ctx, channels + 1, sizeof *d.sources, &st);

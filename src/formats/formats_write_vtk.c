@@ -1,11 +1,11 @@
 /* Legacy VTK, version 3.0: the one that every reader of the format knows. Binary numbers are
  * big-endian. All fields stand as FIELD arrays, which keep names and components. */
 #include "formats/formats_emit.h"
+#include "formats/formats_split.h"
 
 #include <math.h>
 #include <string.h>
 
-#define VTK_TETRA 10
 /* Bytes of a name as it stands in the file; readers hold it in 256. */
 #define NAME_BYTES 240
 
@@ -63,7 +63,7 @@ static void fill_types(const void *arg, uint64_t begin, uint64_t end, void *out)
 {
     (void)arg;
     int32_t *at = out;
-    for (uint64_t t = begin; t < end; t++) *at++ = VTK_TETRA;
+    for (uint64_t t = begin; t < end; t++) *at++ = TLI_VTK_TETRA;
 }
 
 static tl_status write_cells(tli_emit *emit, const tli_out_array *tets, bool text)

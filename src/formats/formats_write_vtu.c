@@ -2,13 +2,13 @@
  * in blocks of a fixed size, each compressed for itself, on the pool, so that the bytes do not
  * depend on the threads. Text stands inline. */
 #include "formats/formats_emit.h"
+#include "formats/formats_split.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <zlib.h>
 
-#define VTK_TETRA 10
 /* Bytes of a block before compression; a multiple of what a tuple takes. */
 #define BLOCK_BYTES ((size_t)256 << 10)
 /* Blocks that are in memory at once. */
@@ -323,7 +323,7 @@ static void fill_offsets64(const void *arg, uint64_t begin, uint64_t end, void *
 static void fill_types(const void *arg, uint64_t begin, uint64_t end, void *out)
 {
     (void)arg;
-    memset(out, VTK_TETRA, (size_t)(end - begin));
+    memset(out, TLI_VTK_TETRA, (size_t)(end - begin));
 }
 
 tl_status tli_emit_vtu(tl_ctx *ctx, const char *path, const tli_out *out, tli_encoding encoding)

@@ -1,9 +1,9 @@
 /* Proving the invariants of a mesh. Each search runs on the pool and finds the first offender,
  * whatever the number of threads. */
-#include <math.h>
 #include <stdatomic.h>
 
 #include "base/base_predicates.h"
+#include "base/base_vec.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_faces.h"
 
@@ -29,8 +29,7 @@ static bool index_too_large(const search *s, size_t tet)
 
 static bool not_finite(const search *s, size_t vert)
 {
-    const double *x = s->mesh->xyz + 3 * vert;
-    return !isfinite(x[0]) || !isfinite(x[1]) || !isfinite(x[2]);
+    return !tli_is_finite(s->mesh->xyz + 3 * vert);
 }
 
 static bool vertex_twice(const search *s, size_t tet)

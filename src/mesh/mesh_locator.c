@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "base/base_predicates.h"
+#include "base/base_vec.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_tree.h"
 
@@ -21,11 +22,6 @@ struct tl_locator {
     tl_lidx *own_opposite; /* when the caller had none */
     tli_tree tree;
 };
-
-static bool is_finite(const double x[3])
-{
-    return isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
-}
 
 /* Exactly: x lies in a positive tet or on its boundary. The four volumes sum to that of the tet, so
  * a flat one has signs that differ or four zeros, and an inverted one has a negative. */
@@ -147,7 +143,7 @@ static tl_lidx find_in_tree(const tl_locator *loc, const double x[3], double wei
 tl_lidx tl_locator_find(const tl_locator *locator, const double x[3], tl_lidx hint,
                         double weights[4])
 {
-    if (!is_finite(x)) return TL_NONE;
+    if (!tli_is_finite(x)) return TL_NONE;
     tl_lidx tet = TL_NONE;
     if (hint < locator->mesh->tet_count) tet = walk(locator, x, hint, weights);
     return tet != TL_NONE ? tet : find_in_tree(locator, x, weights);
@@ -253,7 +249,7 @@ tl_lidx tl_locator_nearest(const tl_locator *locator, const double x[3], tl_lidx
         return tet;
     }
     nearest best = {.tet = TL_NONE, .distance = INFINITY};
-    if (is_finite(x)) {
+    if (tli_is_finite(x)) {
         if (hint < locator->mesh->tet_count) offer_tet(locator, x, hint, &best);
         search_nearest(locator, x, &best);
     }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/base_predicates.h"
+#include "base/base_vec.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_surface.h"
 
@@ -18,15 +19,12 @@
 
 static double triangle_area(const double *xyz, const tl_lidx *triangle)
 {
-    double a[3], b[3];
+    double a[3], b[3], normal[3];
     const double *p = xyz + 3 * (size_t)triangle[0];
-    for (size_t k = 0; k < 3; k++) {
-        a[k] = xyz[3 * (size_t)triangle[1] + k] - p[k];
-        b[k] = xyz[3 * (size_t)triangle[2] + k] - p[k];
-    }
-    double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2],
-           z = a[0] * b[1] - a[1] * b[0];
-    return sqrt(x * x + y * y + z * z) / 2;
+    tli_sub(xyz + 3 * (size_t)triangle[1], p, a);
+    tli_sub(xyz + 3 * (size_t)triangle[2], p, b);
+    tli_cross(a, b, normal);
+    return sqrt(tli_dot(normal, normal)) / 2;
 }
 
 static size_t count_interfaces(const tl_mesh *mesh, const tl_lidx *opposite)
@@ -132,7 +130,7 @@ static tl_status measure_verts(tl_ctx *ctx, const tl_mesh *mesh, tl_mesh_stats *
     for (size_t v = 0; v < mesh->vert_count; v++) {
         const double *x = mesh->xyz + 3 * v;
         stats->unused_verts += !used[v];
-        if (!used[v] || (isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]))) {
+        if (!used[v] || tli_is_finite(x)) {
             used_count += used[v];
             continue;
         }

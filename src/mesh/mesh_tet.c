@@ -1,26 +1,10 @@
 /* Single tets: volume, shape, angles, barycentric weights, nearest point. Nothing here decides
  * topology; whether a tet is flat is asked of the exact predicate. */
 #include "base/base_predicates.h"
+#include "base/base_vec.h"
 #include "mesh/mesh.h"
 
 #include <math.h>
-
-static void sub(const double a[3], const double b[3], double out[3])
-{
-    for (int k = 0; k < 3; k++) out[k] = a[k] - b[k];
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 double tl_tet_volume(const double p[4][3])
 {
@@ -36,19 +20,19 @@ void tli_tet_measure(const double p[4][3], tli_tet_shape *shape)
     for (int i = 0; i < 4; i++) {
         const uint8_t *face = tli_tet_faces[i];
         double a[3], b[3];
-        sub(p[face[1]], p[face[0]], a);
-        sub(p[face[2]], p[face[0]], b);
-        cross(a, b, normals[i]);
+        tli_sub(p[face[1]], p[face[0]], a);
+        tli_sub(p[face[2]], p[face[0]], b);
+        tli_cross(a, b, normals[i]);
     }
     for (int i = 0; i < 3; i++) {
         for (int j = i + 1; j < 4; j++) {
             double edge[3];
             int k = i == 0 ? (j == 1 ? 2 : 1) : 0, l = 6 - i - j - k;
-            sub(p[l], p[k], edge);
-            double square = dot(edge, edge);
+            tli_sub(p[l], p[k], edge);
+            double square = tli_dot(edge, edge);
             squares += square;
             tli_angle angle = {6 * fabs(shape->volume) * sqrt(square),
-                               -dot(normals[i], normals[j])};
+                               -tli_dot(normals[i], normals[j])};
             bool is_first = i == 0 && j == 1;
             if (is_first || tli_angle_less(angle, shape->smallest)) shape->smallest = angle;
             if (is_first || tli_angle_less(shape->largest, angle)) shape->largest = angle;
@@ -94,7 +78,7 @@ static void offer(const double p[4][3], const double x[3], const double candidat
         d[k] = candidate[0] * (p[0][k] - x[k]) + candidate[1] * (p[1][k] - x[k]) +
                candidate[2] * (p[2][k] - x[k]) + candidate[3] * (p[3][k] - x[k]);
     }
-    double square = dot(d, d);
+    double square = tli_dot(d, d);
     if (!(square < *best)) return;
     *best = square;
     for (int i = 0; i < 4; i++) weights[i] = candidate[i];
@@ -105,10 +89,10 @@ static void offer_edge(const double p[4][3], const double x[3], int i, int j, do
                        double weights[4])
 {
     double edge[3], to_x[3], candidate[4] = {0, 0, 0, 0};
-    sub(p[j], p[i], edge);
-    sub(x, p[i], to_x);
-    double length = dot(edge, edge);
-    double t = length > 0 ? dot(edge, to_x) / length : 0;
+    tli_sub(p[j], p[i], edge);
+    tli_sub(x, p[i], to_x);
+    double length = tli_dot(edge, edge);
+    double t = length > 0 ? tli_dot(edge, to_x) / length : 0;
     t = t > 0 ? (t < 1 ? t : 1) : 0;
     candidate[i] = 1 - t;
     candidate[j] = t;
@@ -122,16 +106,16 @@ static void offer_face(const double p[4][3], const double x[3], int corner, doub
 {
     const uint8_t *face = tli_tet_faces[corner];
     double a[3], b[3], normal[3], to_x[3], part[3], candidate[4] = {0, 0, 0, 0};
-    sub(p[face[1]], p[face[0]], a);
-    sub(p[face[2]], p[face[0]], b);
-    sub(x, p[face[0]], to_x);
-    cross(a, b, normal);
-    double area = dot(normal, normal);
+    tli_sub(p[face[1]], p[face[0]], a);
+    tli_sub(p[face[2]], p[face[0]], b);
+    tli_sub(x, p[face[0]], to_x);
+    tli_cross(a, b, normal);
+    double area = tli_dot(normal, normal);
     if (!(area > 0)) return;
-    cross(to_x, b, part);
-    double u = dot(part, normal) / area;
-    cross(a, to_x, part);
-    double v = dot(part, normal) / area;
+    tli_cross(to_x, b, part);
+    double u = tli_dot(part, normal) / area;
+    tli_cross(a, to_x, part);
+    double v = tli_dot(part, normal) / area;
     double rest = 1 - u - v;
     if (!(u >= 0 && v >= 0 && rest >= 0)) return;
     candidate[face[0]] = rest;

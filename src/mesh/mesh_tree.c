@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/base_sort.h"
+#include "base/base_vec.h"
 
 /* Tets, or blocks, of a piece for the pool. */
 #define PIECE_TETS 32768
@@ -53,8 +54,7 @@ static size_t count_finite(const building *b)
 {
     size_t count = b->mesh->tet_count;
     while (count) {
-        const double *c = b->centroids + 3 * (size_t)b->tree->order[count - 1];
-        if (isfinite(c[0]) && isfinite(c[1]) && isfinite(c[2])) break;
+        if (tli_is_finite(b->centroids + 3 * (size_t)b->tree->order[count - 1])) break;
         count--;
     }
     return count;
