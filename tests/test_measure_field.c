@@ -609,12 +609,38 @@ static void bad_meshes(void **state)
     check_refused(ctx, b, a, NULL, TL_ERR_DATA, "the original has no tets");
     check_refused(ctx, a, c, NULL, TL_ERR_DATA, "vertex 26");
     check_refused(ctx, c, a, NULL, TL_ERR_DATA, "the original can't be compared");
+    for (size_t i = 0; i < 3 * m.vert_count; i++) m.xyz[i] *= 1e200;
+    tl_mesh *d = make_object(ctx, &m, field_x);
+    check_refused(ctx, a, d, NULL, TL_ERR_DATA, "overflows");
+    tl_mesh_destroy(d);
     tl_mesh_destroy(a);
     tl_mesh_destroy(b);
     tl_mesh_destroy(c);
     make_release(&m);
     make_release(&none);
     make_release(&broken);
+    close_ctx(ctx);
+}
+
+/* A tet without volume has no part in a mean, whatever the copy's values there. */
+static void flat_tets_have_no_mean(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = open_ctx(1);
+    const double xyz[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0};
+    const tl_lidx tets[8] = {0, 1, 2, 3, 1, 4, 2, 0};
+    const double ids[2] = {1, 2}, wrong[2] = {1.5, (double)INFINITY};
+    tl_mesh *a = NULL, *b = NULL;
+    CHECK_STATUS(tl_mesh_create(ctx, xyz, 5, tets, 2, &a), TL_OK);
+    CHECK_STATUS(tl_mesh_create(ctx, xyz, 5, tets, 2, &b), TL_OK);
+    add_values(ctx, a, "t", 1, TL_ON_TET, ids);
+    add_values(ctx, b, "t", 1, TL_ON_TET, wrong);
+    tl_compare_result r = compare(ctx, a, b, NULL);
+    CHECK(r.fields[0].max == (double)INFINITY);
+    CHECK_NEAR(r.fields[0].mean, 0.5, 1e-15);
+    tl_compare_release(ctx, &r);
+    tl_mesh_destroy(b);
+    tl_mesh_destroy(a);
     close_ctx(ctx);
 }
 
@@ -785,6 +811,8 @@ int main(void)
         cmocka_unit_test(values_that_are_not_finite),
         cmocka_unit_test(channels_in_common),
         cmocka_unit_test(bad_meshes),
+        cmocka_unit_test(flat_tets_have_no_mean),
+        cmocka_unit_test(flat_tets_have_no_mean),
         cmocka_unit_test(bad_options),
         cmocka_unit_test(every_allocation_fails),
         cmocka_unit_test(cancelled_anywhere),

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/base_vec.h"
 #include "measure/measure.h"
 
 /* Default distance of the samples, relative to the larger diagonal. */
@@ -28,11 +29,8 @@ static const char *const MESH_NAMES[2] = {"original", "copy"};
 static tl_status read_opts(tl_ctx *ctx, const tl_compare_opts *given, tl_compare_opts *opts)
 {
     *opts = tl_compare_opts_defaults();
-    if (!given) return TL_OK;
-    if (given->struct_bytes < sizeof given->struct_bytes || given->struct_bytes > sizeof *opts)
-        return tl_fail(ctx, TL_ERR_ARG, "compare options of %zu bytes; this library knows %zu",
-                       given->struct_bytes, sizeof *opts);
-    memcpy(opts, given, given->struct_bytes);
+    tl_status st = tli_opts_take(ctx, "tl_compare_opts", given, opts, sizeof *opts);
+    if (st) return st;
     if (opts->iso_count > 0 && !opts->isos)
         return tl_fail(ctx, TL_ERR_ARG, "%zu isosurfaces, but no list of them", opts->iso_count);
     return TL_OK;
@@ -71,7 +69,7 @@ static tl_status check_vertices(tl_ctx *ctx, const tl_mesh *mesh, const char *na
     if (mesh->tet_count == 0) return tl_fail(ctx, TL_ERR_DATA, "the %s has no tets", name);
     for (size_t i = 0; i < 4 * mesh->tet_count; i++) {
         const double *x = mesh->xyz + 3 * (size_t)mesh->tets[i];
-        if (isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2])) continue;
+        if (tli_is_finite(x)) continue;
         return tl_fail(ctx, TL_ERR_DATA,
                        "the %s can't be compared: tet %zu has vertex %u at (%g, %g, %g)", name,
                        i / 4, mesh->tets[i], x[0], x[1], x[2]);
@@ -100,9 +98,13 @@ static tl_status measure_meshes(tl_ctx *ctx, comparison *c)
         r->nonmanifold_verts[side] = stats.nonmanifold_verts;
         r->components[side] = stats.components;
     }
+    if (!isfinite(largest))
+        return tl_fail(ctx, TL_ERR_DATA,
+                       "the meshes are too large: the diagonal of a box overflows");
     c->step = c->opts.sample_step != 0 ? c->opts.sample_step : STEP_DEFAULT * largest;
     if (!isfinite(c->step) || c->step < STEP_MIN * largest || c->opts.sample_step < 0)
-        return tl_fail(ctx, TL_ERR_ARG, "a sample step of %g; at least %g (1/%g of the diagonal)",
+        return tl_fail(ctx, TL_ERR_ARG,
+                       "a sample step of %g; at least %g (1/%g of the larger diagonal)",
                        c->opts.sample_step, STEP_MIN * largest, 1 / STEP_MIN);
     return tl_progress(ctx, "meshes", 2, 2);
 }

@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "base/base_sort.h"
+#include "base/base_vec.h"
 #include "measure/measure.h"
-#include "measure/measure_vec.h"
 
 enum {
     GAUSS_COUNT = 4,
@@ -70,10 +70,10 @@ static void cache_set(tet_cache *cache, const tl_mesh *mesh, tl_lidx tet)
     for (int i = 0; i < 3; i++) {
         const double *q = mesh->xyz + 3 * (size_t)corners[i + 1];
         for (int k = 0; k < 3; k++) e[i][k] = q[k] - p[k];
-        longest = fmax(longest, vec_dot(e[i], e[i]));
+        longest = fmax(longest, tli_dot(e[i], e[i]));
     }
-    for (int i = 0; i < 3; i++) vec_cross(e[(i + 1) % 3], e[(i + 2) % 3], cache->rows[i]);
-    double volume6 = vec_dot(e[0], cache->rows[0]);
+    for (int i = 0; i < 3; i++) tli_cross(e[(i + 1) % 3], e[(i + 2) % 3], cache->rows[i]);
+    double volume6 = tli_dot(e[0], cache->rows[0]);
     cache->tet = tet;
     cache->usable = volume6 > CACHE_VOLUME_MIN * longest * sqrt(longest);
     if (!cache->usable) return;
@@ -86,7 +86,7 @@ static bool cache_holds(const tet_cache *cache, const double x[3], double weight
 {
     if (!cache->usable) return false;
     const double d[3] = {x[0] - cache->origin[0], x[1] - cache->origin[1], x[2] - cache->origin[2]};
-    for (int i = 0; i < 3; i++) weights[i + 1] = vec_dot(cache->rows[i], d);
+    for (int i = 0; i < 3; i++) weights[i + 1] = tli_dot(cache->rows[i], d);
     weights[0] = 1 - (weights[1] + weights[2] + weights[3]);
     return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0 && weights[3] >= 0;
 }
@@ -140,17 +140,27 @@ static void point_weights(double weights[POINT_COUNT][4])
     for (int i = 0; i < 4; i++) weights[CENTROID][i] = 0.25;
 }
 
+/* The errors at the Gauss points of a tet. One without volume has no part in the integral, not even
+ * where an error is infinite. */
+static void add_integral(const double errors[GAUSS_COUNT], double volume, tet_sum *sum)
+{
+    if (!(volume > 0)) return;
+    double total = 0;
+    for (int n = 0; n < GAUSS_COUNT; n++) total += errors[n];
+    sum->integral += total * (volume / GAUSS_COUNT);
+    sum->volume += volume;
+}
+
 static void add_vertex_channel(const field_pair *pair, const tli_tet_point here[],
                                const tli_tet_point there[], double volume, tet_sum *sum)
 {
     if (pair->has_nonfinite)
         for (int i = 0; i < 4; i++)
             if (!tli_channel_finite(pair->original, here[0].corners[i])) return;
-    double total = 0;
+    double errors[GAUSS_COUNT];
     for (int n = 0; n < GAUSS_COUNT; n++)
-        total += tli_point_error(pair->original, &here[n], pair->copy, &there[n]);
-    sum->integral += total * (volume / GAUSS_COUNT);
-    sum->volume += volume;
+        errors[n] = tli_point_error(pair->original, &here[n], pair->copy, &there[n]);
+    add_integral(errors, volume, sum);
 }
 
 /* A channel on tets at a point is that of the tet: a point with all weight on one "corner". */
@@ -170,10 +180,9 @@ static void add_tet_channel(const field_pair *pair, tl_lidx tet, const tl_lidx h
         sum->nonfinite++;
         return;
     }
-    double total = 0;
-    for (int n = 0; n < GAUSS_COUNT; n++) total += tet_error(pair, tet, holders[n]);
-    sum->integral += total * (volume / GAUSS_COUNT);
-    sum->volume += volume;
+    double errors[GAUSS_COUNT];
+    for (int n = 0; n < GAUSS_COUNT; n++) errors[n] = tet_error(pair, tet, holders[n]);
+    add_integral(errors, volume, sum);
     double error = tet_error(pair, tet, holders[CENTROID]);
     sum->squares += error * error;
     sum->count++;
@@ -185,9 +194,8 @@ static void add_tet_channel(const field_pair *pair, tl_lidx tet, const tl_lidx h
 static double tet_volume(const tl_mesh *mesh, size_t tet)
 {
     double p[4][3];
-    for (size_t i = 0; i < 4; i++)
-        memcpy(p[i], mesh->xyz + 3 * (size_t)mesh->tets[4 * tet + i], sizeof p[i]);
-    return fabs(tl_tet_volume((const double(*)[3])p));
+    tli_tet_corners(mesh->xyz, mesh->tets + 4 * tet, p);
+    return fabs(tl_tet_volume(TLI_CORNERS(p)));
 }
 
 static tl_status tets_range(void *arg, size_t begin, size_t end, unsigned worker)
