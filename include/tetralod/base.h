@@ -33,6 +33,8 @@ typedef uint32_t tl_lidx;
 typedef uint64_t tl_gidx;
 /* "No vertex", "no tet", "no face". */
 #define TL_NONE UINT32_MAX
+/* Most threads of a pool. */
+#define TL_THREADS_MAX 1024
 
 /* Numbers are pinned and never reused. */
 typedef enum tl_status {
@@ -79,11 +81,11 @@ typedef bool (*tl_progress_fn)(void *user, const char *stage, uint64_t done, uin
 typedef void (*tl_log_fn)(void *user, tl_log_level level, const char *text);
 
 typedef struct tl_ctx_opts {
-    size_t struct_bytes; /* size of this struct, set by tl_ctx_opts_defaults */
-    size_t budget_bytes; /* hard limit of memory in bytes; default 0: none */
-    unsigned
-        thread_count;    /* threads of the pool, the caller included; default 0: one a processor */
-    tl_resize_fn resize; /* default NULL: realloc and free */
+    size_t struct_bytes;     /* size of this struct, set by tl_ctx_opts_defaults */
+    size_t budget_bytes;     /* hard limit of memory in bytes; default 0: none */
+    unsigned thread_count;   /* threads of the pool, the caller included, at most TL_THREADS_MAX;
+                                default 0: one a processor. More take a stack each */
+    tl_resize_fn resize;     /* default NULL: realloc and free */
     tl_progress_fn progress; /* default NULL */
     tl_log_fn log;           /* default NULL: messages are dropped */
     void *user;              /* handed to the three functions */

@@ -52,7 +52,7 @@ static unsigned processor_count(void)
 {
     long count = sysconf(_SC_NPROCESSORS_ONLN);
     if (count < 1) return 1;
-    return count < TLI_THREADS_MAX ? (unsigned)count : TLI_THREADS_MAX;
+    return count < TL_THREADS_MAX ? (unsigned)count : TL_THREADS_MAX;
 }
 
 tl_status tl_ctx_create(const tl_ctx_opts *opts, tl_ctx **ctx)
@@ -64,7 +64,7 @@ tl_status tl_ctx_create(const tl_ctx_opts *opts, tl_ctx **ctx)
         if (opts->struct_bytes < sizeof o) return TL_ERR_ARG;
         o = *opts;
     }
-    if (o.thread_count > TLI_THREADS_MAX) return TL_ERR_ARG;
+    if (o.thread_count > TL_THREADS_MAX) return TL_ERR_ARG;
     if (!o.thread_count) o.thread_count = processor_count();
     if (!o.resize) o.resize = tli_resize_default;
 

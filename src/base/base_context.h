@@ -9,7 +9,6 @@
 
 /* Longest message chain in bytes, terminator included; what does not fit is cut. */
 #define TLI_MESSAGE_BYTES 4096
-#define TLI_THREADS_MAX 1024
 
 /* Fixed in size, so that "out of memory" can always be said. */
 typedef struct tli_message {

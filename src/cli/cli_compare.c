@@ -4,15 +4,12 @@
 
 #include "cli_session.h"
 
-/* Longest name of a channel on the command line. */
-#define NAME_BYTES 512
-
 static const cli_option OPTIONS[] = {
     {CLI_ISO, 0, "iso", CLI_TYPE_LIST, "CHANNEL=VALUE", NULL, 0, 0,
      "also the distance between the isosurfaces of a scalar channel at this value"},
     {CLI_STEP, 0, "step", CLI_TYPE_AMOUNT, "D[%]", "0.25%", 0, 0,
-     "distance of the samples on boundaries and isosurfaces, in percent of the diagonal or as a "
-     "length"},
+     "distance of the samples on boundaries and isosurfaces, in percent of the larger diagonal or "
+     "as a length; at least 0.01%"},
     {CLI_SKIP_BOUNDARY, 0, "skip-boundary", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "leave out the distance of the boundaries"},
 };
@@ -20,7 +17,7 @@ static const cli_group GROUP = {"Options", OPTIONS, sizeof OPTIONS / sizeof *OPT
 
 typedef struct iso_list {
     tl_iso_request requests[CLI_LIST_MAX];
-    char names[CLI_LIST_MAX][NAME_BYTES];
+    char names[CLI_LIST_MAX][CLI_NAME_BYTES];
     size_t count;
 } iso_list;
 
@@ -31,7 +28,7 @@ static int parse_isos(const cli_session *session, iso_list *isos)
     for (size_t i = 0; i < isos->count; i++) {
         const char *value = NULL;
         tl_iso_request *request = &isos->requests[i];
-        if (!cli_split_named(list->items[i], isos->names[i], NAME_BYTES, &value) ||
+        if (!cli_split_named(list->items[i], isos->names[i], CLI_NAME_BYTES, &value) ||
             !cli_parse_real(value, &request->value) || !isfinite(request->value))
             return cli_misuse(session->args.verb, "--iso %s: expected CHANNEL=VALUE",
                               list->items[i]);
@@ -214,7 +211,10 @@ static int compare_and_print(cli_session *session, const cli_input pair[2], cons
     opts.isos = isos->requests;
     opts.iso_count = isos->count;
     opts.skip_boundary = cli_get(session, CLI_SKIP_BOUNDARY)->given;
-    opts.sample_step = step->percent ? step->real * cli_diagonal(pair[0].mesh) : step->real;
+    if (step->given) /* else the library takes the default, of the larger diagonal */
+        opts.sample_step = step->percent ? step->real * fmax(cli_diagonal(pair[0].mesh),
+                                                             cli_diagonal(pair[1].mesh))
+                                         : step->real;
     double start = cli_now();
     tl_status st = tl_mesh_compare(session->ctx, pair[0].mesh, pair[1].mesh, &opts, &result);
     double seconds = cli_now() - start;

@@ -4,10 +4,14 @@
 
 #include <errno.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+/* Digits of a side of a raw volume: what has more points along an axis is no volume. */
+#define RAW_DIGITS_MAX 7
 
 /* ---- options to structs ---- */
 
@@ -18,17 +22,18 @@ static bool parse_raw(const char *text, tl_read_opts *opts)
                                         "u32", "i64", "u64", "f32", "f64"};
     static const char *const LONG_TYPES[] = {"int8",   "uint8", "int16",  "uint16",  "int32",
                                              "uint32", "int64", "uint64", "float32", "float64"};
-    unsigned dims[3] = {0, 0, 0};
     char type[16] = "";
     int end = 0;
-    if (sscanf(text, "%7u,%7u,%7u,%15[a-z0-9]%n", &dims[0], &dims[1], &dims[2], type, &end) != 4)
-        return false;
+    for (int i = 0; i < 3; i++) {
+        size_t digits = strspn(text, "0123456789");
+        if (digits == 0 || digits > RAW_DIGITS_MAX || text[digits] != ',') return false;
+        opts->raw_dims[i] = (uint32_t)strtoul(text, NULL, 10);
+        if (opts->raw_dims[i] == 0) return false;
+        text += digits + 1;
+    }
+    if (sscanf(text, "%15[a-z0-9]%n", type, &end) != 1) return false;
     opts->raw_big_endian = strcmp(text + end, ",be") == 0;
     if (text[end] && !opts->raw_big_endian && strcmp(text + end, ",le") != 0) return false;
-    for (int i = 0; i < 3; i++) {
-        if (dims[i] == 0) return false;
-        opts->raw_dims[i] = dims[i];
-    }
     for (size_t i = 0; i < sizeof TYPES / sizeof *TYPES; i++)
         if (strcmp(type, TYPES[i]) == 0 || strcmp(type, LONG_TYPES[i]) == 0) {
             opts->raw_scalar = (tl_scalar)i;
@@ -122,6 +127,9 @@ int cli_output_check(cli_session *session, const char *path)
     char folder[4096] = ".";
     if (!dot || (strcasecmp(dot, ".vtu") != 0 && strcasecmp(dot, ".vtk") != 0))
         return cli_misuse(session->args.verb, "'%s': the name must end in .vtu or .vtk", path);
+    if (cli_get(session, CLI_ZLIB)->given &&
+        (cli_get(session, CLI_ASCII)->given || strcasecmp(dot, ".vtu") != 0))
+        return cli_misuse(session->args.verb, "--zlib: only a binary .vtu can be compressed");
     if (slash) snprintf(folder, sizeof folder, "%.*s", (int)(slash - path) + (slash == path), path);
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
         fprintf(stderr, "tetralod: can't write '%s': it is a folder\n", path);

@@ -26,6 +26,7 @@ static int unknown_verb(const char *name)
 /* tetralod help [VERB|--markdown] */
 static int help(int argc, char **argv)
 {
+    if (argc > 1) return cli_misuse(NULL, "'%s' is one too many for help", argv[1]);
     if (argc == 0) {
         cli_help_program(stdout);
     } else if (strcmp(argv[0], "--markdown") == 0) {

@@ -39,7 +39,7 @@ static const cli_option WRITING[] = {
 const cli_group cli_group_writing = {"Writing", WRITING, sizeof WRITING / sizeof *WRITING};
 
 static const cli_option COMMON[] = {
-    {CLI_THREADS, 0, "threads", CLI_TYPE_COUNT, "N", "0", 0, 4096,
+    {CLI_THREADS, 0, "threads", CLI_TYPE_COUNT, "N", "0", 0, TL_THREADS_MAX,
      "threads to use; 0 takes one a processor. Results do not depend on it"},
     {CLI_MEMORY, 0, "memory", CLI_TYPE_BYTES, "SIZE", "0", 0, 0,
      "hard limit of memory, such as 512M or 4G; 0 is none"},
@@ -164,7 +164,7 @@ static bool parse_bytes(const char *text, uint64_t *bytes)
     double value = 0;
     if ((*text < '0' || *text > '9') && *text != '.') return false;
     value = strtod(text, &end);
-    const char *unit = *end ? strchr(UNITS, *end & ~0x20) : NULL;
+    const char *unit = *end >= 'A' ? strchr(UNITS, *end & ~0x20) : NULL; /* in any case */
     if (unit) {
         for (ptrdiff_t i = 0; i <= unit - UNITS; i++) value *= 1024;
         end++;
@@ -267,11 +267,11 @@ static int parse_value(const cli_verb *verb, const cli_option *option, const cha
     value->given = true;
     if (!expected) return CLI_DONE;
     if (option->least == DBL_MIN)
-        return cli_misuse(verb, "--%s %s: expected %s above 0, at most %g", option->name, text,
+        return cli_misuse(verb, "--%s %s: expected %s above 0, at most %.10g", option->name, text,
                           expected, option->most);
     if (option->least != 0 || option->most != 0)
-        return cli_misuse(verb, "--%s %s: expected %s from %g to %g", option->name, text, expected,
-                          option->least, option->most);
+        return cli_misuse(verb, "--%s %s: expected %s from %.10g to %.10g", option->name, text,
+                          expected, option->least, option->most);
     return cli_misuse(verb, "--%s %s: expected %s", option->name, text, expected);
 }
 

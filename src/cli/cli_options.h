@@ -19,6 +19,8 @@
 #define CLI_LIST_MAX 64
 #define CLI_OPERANDS_MAX 2
 #define CLI_GROUPS_MAX 5
+/* Longest name of a channel on the command line, its end included. */
+#define CLI_NAME_BYTES 512
 
 typedef enum cli_id {
     CLI_OUTPUT,

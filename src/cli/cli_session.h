@@ -52,7 +52,8 @@ int cli_open(cli_session *session, tl_ctx *ctx, const char *path, cli_input *inp
 int cli_open_volume(cli_session *session, tl_ctx *ctx, const char *path, cli_input *input);
 void cli_close(cli_input *input);
 
-/* Finds out before the work whether a mesh can be written there. Returns an exit status. */
+/* Finds out before the work whether a mesh can be written there, with the writing options. Returns
+ * an exit status. */
 int cli_output_check(cli_session *session, const char *path);
 /* Writes with the writing options; bytes and seconds receive size of the file and time taken. */
 int cli_save(cli_session *session, tl_ctx *ctx, const tl_mesh *mesh, const char *path,

@@ -7,9 +7,6 @@
 
 #include "cli_session.h"
 
-/* Longest name of a channel on the command line. */
-#define NAME_BYTES 512
-
 static const cli_option TARGET[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
      "the .vtu or .vtk file to write; required"},
@@ -59,7 +56,7 @@ static bool parse_error(const char *text, char *name, double *value, bool *perce
 {
     const char *amount = text;
     *name = '\0';
-    if (strchr(text, '=') && !cli_split_named(text, name, NAME_BYTES, &amount)) return false;
+    if (strchr(text, '=') && !cli_split_named(text, name, CLI_NAME_BYTES, &amount)) return false;
     return cli_parse_amount(amount, value, percent) && *value > 0;
 }
 
@@ -74,7 +71,7 @@ static int check_words(const cli_session *session)
         return cli_misuse(verb, "how far? say one of --ratio R, --tets N and --error E");
     if (ratio && tets) return cli_misuse(verb, "--ratio and --tets are both given; say one");
     for (size_t i = 0; i < errors->item_count; i++) {
-        char name[NAME_BYTES];
+        char name[CLI_NAME_BYTES];
         double value;
         bool percent;
         if (!parse_error(errors->items[i], name, &value, &percent))
@@ -106,7 +103,7 @@ static void add_channel(request *r, const tl_mesh *mesh, const tl_channel *chann
 /* "NAME" or "NAME:WEIGHT"; a channel whose name holds a colon is found first. */
 static int add_named(const cli_session *session, request *r, const tl_mesh *mesh, const char *word)
 {
-    char name[NAME_BYTES];
+    char name[CLI_NAME_BYTES];
     double weight = 1;
     const tl_channel *channel = cli_vertex_channel(mesh, word);
     const char *colon = strrchr(word, ':');
@@ -126,7 +123,7 @@ static int add_listed(const cli_session *session, request *r, const tl_mesh *mes
 {
     if (cli_vertex_channel(mesh, list)) return add_named(session, r, mesh, list);
     while (*list) {
-        char word[NAME_BYTES];
+        char word[CLI_NAME_BYTES];
         size_t length = strcspn(list, ",");
         snprintf(word, sizeof word, "%.*s", (int)length, list);
         int failed = add_named(session, r, mesh, word);
@@ -142,7 +139,7 @@ static int add_errors(const cli_session *session, request *r, const tl_mesh *mes
     const cli_value *errors = cli_get(session, CLI_ERROR);
     for (int named = 0; named < 2; named++) {
         for (size_t e = 0; e < errors->item_count; e++) {
-            char name[NAME_BYTES];
+            char name[CLI_NAME_BYTES];
             double value = 0;
             bool percent = false;
             parse_error(errors->items[e], name, &value, &percent);
@@ -185,6 +182,11 @@ static int fill_request(cli_session *session, const tl_mesh *mesh, request *r)
     r->channels = tl_mem_zalloc(session->ctx, count, sizeof *r->channels, &st);
     r->ranges = tl_mem_zalloc(session->ctx, count, sizeof *r->ranges, &st);
     if (st) return cli_fail(session, session->ctx, st);
+    if (!isfinite(r->diagonal)) {
+        fprintf(stderr, "tetralod: '%s' is too large: the diagonal of its box overflows\n",
+                session->args.operands[0]);
+        return CLI_FAILED;
+    }
     for (size_t i = 0; i < lists->item_count && !failed; i++)
         failed = add_listed(session, r, mesh, lists->items[i]);
     for (size_t i = 0; i < tl_mesh_channel_count(mesh) && !lists->given; i++)
