@@ -105,7 +105,7 @@ static tl_status measure_box(void *arg, size_t begin, size_t end, unsigned worke
     memcpy(box, job->boxes[worker], sizeof box);
     for (size_t i = begin; i < end; i++) {
         const double *p = job->xyz + 3 * i;
-        if (!tli_is_finite(p)) continue;
+        if (!vec_is_finite(p)) continue;
         for (int k = 0; k < 3; k++) {
             box[k] = p[k] < box[k] ? p[k] : box[k];
             box[3 + k] = p[k] > box[3 + k] ? p[k] : box[3 + k];
@@ -141,7 +141,7 @@ static tl_status fill_keys(void *arg, size_t begin, size_t end, unsigned worker)
         const double *p = job->xyz + 3 * i;
         job->order[i] = (uint32_t)i;
         job->keys[i] = KEY_LAST;
-        if (!tli_is_finite(p)) continue;
+        if (!vec_is_finite(p)) continue;
         uint64_t cell[3];
         for (int k = 0; k < 3; k++) {
             double at = (0.5 * p[k] - job->low[k]) * job->cells_a_unit;

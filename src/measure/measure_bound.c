@@ -33,8 +33,8 @@ typedef struct piece {
 static double side_length(const piece *p, int i)
 {
     double e[3];
-    tli_sub(p->corners[(i + 1) % 3].x, p->corners[(i + 2) % 3].x, e);
-    return sqrt(tli_dot(e, e));
+    vec_sub(p->corners[(i + 1) % 3].x, p->corners[(i + 2) % 3].x, e);
+    return vec_length(e);
 }
 
 static int longest_side(const piece *p)
@@ -97,15 +97,15 @@ static bool side_heights(const tli_surface *surface, tl_lidx triangle, int i, co
 {
     double e0[3], e1[3], normal[3], outward[3], d[3];
     const double *from = tli_surface_corner(surface, triangle, i);
-    tli_sub(tli_surface_corner(surface, triangle, (i + 1) % 3), from, e0);
-    tli_sub(tli_surface_corner(surface, triangle, (i + 2) % 3), from, e1);
-    tli_cross(e0, e1, normal);
-    tli_cross(e0, normal, outward);
-    double length = sqrt(tli_dot(outward, outward));
+    vec_sub(tli_surface_corner(surface, triangle, (i + 1) % 3), from, e0);
+    vec_sub(tli_surface_corner(surface, triangle, (i + 2) % 3), from, e1);
+    vec_cross(e0, e1, normal);
+    vec_cross(e0, normal, outward);
+    double length = vec_length(outward);
     if (!(length > 0)) return false;
     for (int j = 0; j < 3; j++) {
-        tli_sub(p->corners[j].x, from, d);
-        heights[j] = tli_dot(outward, d) / length;
+        vec_sub(p->corners[j].x, from, d);
+        heights[j] = vec_dot(outward, d) / length;
     }
     return true;
 }

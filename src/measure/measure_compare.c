@@ -69,7 +69,7 @@ static tl_status check_vertices(tl_ctx *ctx, const tl_mesh *mesh, const char *na
     if (mesh->tet_count == 0) return tl_fail(ctx, TL_ERR_DATA, "the %s has no tets", name);
     for (size_t i = 0; i < 4 * mesh->tet_count; i++) {
         const double *x = mesh->xyz + 3 * (size_t)mesh->tets[i];
-        if (tli_is_finite(x)) continue;
+        if (vec_is_finite(x)) continue;
         return tl_fail(ctx, TL_ERR_DATA,
                        "the %s can't be compared: tet %zu has vertex %u at (%g, %g, %g)", name,
                        i / 4, mesh->tets[i], x[0], x[1], x[2]);

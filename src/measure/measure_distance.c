@@ -74,7 +74,7 @@ static sampled_triangle orient_triangle(const tli_surface *s, size_t t)
         const double *p = tli_surface_corner(s, t, (i + 1) % 3);
         const double *q = tli_surface_corner(s, t, (i + 2) % 3);
         for (int k = 0; k < 3; k++) e[i][k] = q[k] - p[k];
-        length[i] = sqrt(tli_dot(e[i], e[i]));
+        length[i] = vec_length(e[i]);
     }
     int a = length[1] < length[0] ? 1 : 0;
     if (length[2] < length[a]) a = 2;
@@ -91,7 +91,7 @@ static sampled_triangle orient_triangle(const tli_surface *s, size_t t)
     }
     double n[3] = {e[c][1] * e[a][2] - e[c][2] * e[a][1], e[c][2] * e[a][0] - e[c][0] * e[a][2],
                    e[c][0] * e[a][1] - e[c][1] * e[a][0]};
-    r.area = sqrt(tli_dot(n, n)) / 2;
+    r.area = vec_length(n) / 2;
     return r;
 }
 

@@ -70,10 +70,10 @@ static void cache_set(tet_cache *cache, const tl_mesh *mesh, tl_lidx tet)
     for (int i = 0; i < 3; i++) {
         const double *q = mesh->xyz + 3 * (size_t)corners[i + 1];
         for (int k = 0; k < 3; k++) e[i][k] = q[k] - p[k];
-        longest = fmax(longest, tli_dot(e[i], e[i]));
+        longest = fmax(longest, vec_dot(e[i], e[i]));
     }
-    for (int i = 0; i < 3; i++) tli_cross(e[(i + 1) % 3], e[(i + 2) % 3], cache->rows[i]);
-    double volume6 = tli_dot(e[0], cache->rows[0]);
+    for (int i = 0; i < 3; i++) vec_cross(e[(i + 1) % 3], e[(i + 2) % 3], cache->rows[i]);
+    double volume6 = vec_dot(e[0], cache->rows[0]);
     cache->tet = tet;
     cache->usable = volume6 > CACHE_VOLUME_MIN * longest * sqrt(longest);
     if (!cache->usable) return;
@@ -86,7 +86,7 @@ static bool cache_holds(const tet_cache *cache, const double x[3], double weight
 {
     if (!cache->usable) return false;
     const double d[3] = {x[0] - cache->origin[0], x[1] - cache->origin[1], x[2] - cache->origin[2]};
-    for (int i = 0; i < 3; i++) weights[i + 1] = tli_dot(cache->rows[i], d);
+    for (int i = 0; i < 3; i++) weights[i + 1] = vec_dot(cache->rows[i], d);
     weights[0] = 1 - (weights[1] + weights[2] + weights[3]);
     return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0 && weights[3] >= 0;
 }

@@ -19,10 +19,10 @@ static const double SLIVER_SINE2 = 1e-8;
 /* Squared distance of v to the segment from 0 to e. */
 static double segment_distance2(const double v[3], const double e[3])
 {
-    double along = tli_dot(v, e), length2 = tli_dot(e, e), d[3];
+    double along = vec_dot(v, e), length2 = vec_dot(e, e), d[3];
     double t = along <= 0 ? 0 : along >= length2 ? 1 : along / length2;
     for (int k = 0; k < 3; k++) d[k] = v[k] - t * e[k];
-    return tli_dot(d, d);
+    return vec_dot(d, d);
 }
 
 /* Every candidate is the distance to a point of the triangle, so the result is never too small. */
@@ -30,21 +30,21 @@ double tli_triangle_distance2(const double a[3], const double b[3], const double
                               const double x[3])
 {
     double e0[3], e1[3], v[3], d[3], normal[3], across[3];
-    tli_sub(b, a, e0);
-    tli_sub(c, a, e1);
-    tli_sub(x, a, v);
-    tli_cross(e0, e1, normal);
-    double det = tli_dot(normal, normal); /* s / det and t / det are the weights of b and c */
-    tli_cross(v, e1, across);
-    double s = tli_dot(across, normal);
-    tli_cross(e0, v, across);
-    double t = tli_dot(across, normal);
+    vec_sub(b, a, e0);
+    vec_sub(c, a, e1);
+    vec_sub(x, a, v);
+    vec_cross(e0, e1, normal);
+    double det = vec_dot(normal, normal); /* s / det and t / det are the weights of b and c */
+    vec_cross(v, e1, across);
+    double s = vec_dot(across, normal);
+    vec_cross(e0, v, across);
+    double t = vec_dot(across, normal);
     bool inside = det > 0 && s >= 0 && t >= 0 && s + t <= det;
-    bool sliver = !(det > SLIVER_SINE2 * tli_dot(e0, e0) * tli_dot(e1, e1));
+    bool sliver = !(det > SLIVER_SINE2 * vec_dot(e0, e0) * vec_dot(e1, e1));
     double best = (double)INFINITY;
     if (inside) {
         for (int k = 0; k < 3; k++) d[k] = v[k] - (s / det) * e0[k] - (t / det) * e1[k];
-        best = tli_dot(d, d);
+        best = vec_dot(d, d);
         if (!sliver) return best;
     }
     /* Outside, the nearest point lies on a side that x sees. */
@@ -52,8 +52,8 @@ double tli_triangle_distance2(const double a[3], const double b[3], const double
     if (sliver || s < 0) best = fmin(best, segment_distance2(v, e1));
     if (sliver || s + t > det) {
         double e2[3], w[3];
-        tli_sub(c, b, e2);
-        tli_sub(x, b, w);
+        vec_sub(c, b, e2);
+        vec_sub(x, b, w);
         best = fmin(best, segment_distance2(w, e2));
     }
     return best;
@@ -108,10 +108,10 @@ static void sum_area(tli_surface *surface)
 {
     for (size_t t = 0; t < surface->triangle_count; t++) {
         double e0[3], e1[3], n[3];
-        tli_sub(tli_surface_corner(surface, t, 1), tli_surface_corner(surface, t, 0), e0);
-        tli_sub(tli_surface_corner(surface, t, 2), tli_surface_corner(surface, t, 0), e1);
-        tli_cross(e0, e1, n);
-        surface->area += sqrt(tli_dot(n, n)) / 2;
+        vec_sub(tli_surface_corner(surface, t, 1), tli_surface_corner(surface, t, 0), e0);
+        vec_sub(tli_surface_corner(surface, t, 2), tli_surface_corner(surface, t, 0), e1);
+        vec_cross(e0, e1, n);
+        surface->area += vec_length(n) / 2;
     }
 }
 

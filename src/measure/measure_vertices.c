@@ -110,7 +110,7 @@ static void locate_one(const locate_job *job, size_t v, tl_lidx *last)
     const double *x = job->original->xyz + 3 * v;
     double weights[4] = {0, 0, 0, 0}, distance = 0;
     tl_lidx tet = TL_NONE;
-    if (job->used[v] && tli_is_finite(x)) {
+    if (job->used[v] && vec_is_finite(x)) {
         tet = locate_same(job, v, weights);
         if (tet == TL_NONE) {
             tl_lidx hint = job->hints && job->hints[v] != TL_NONE ? job->hints[v] : *last;

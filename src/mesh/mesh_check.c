@@ -29,7 +29,7 @@ static bool index_too_large(const search *s, size_t tet)
 
 static bool not_finite(const search *s, size_t vert)
 {
-    return !tli_is_finite(s->mesh->xyz + 3 * vert);
+    return !vec_is_finite(s->mesh->xyz + 3 * vert);
 }
 
 static bool vertex_twice(const search *s, size_t tet)

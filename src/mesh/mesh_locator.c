@@ -143,7 +143,7 @@ static tl_lidx find_in_tree(const tl_locator *loc, const double x[3], double wei
 tl_lidx tl_locator_find(const tl_locator *locator, const double x[3], tl_lidx hint,
                         double weights[4])
 {
-    if (!tli_is_finite(x)) return TL_NONE;
+    if (!vec_is_finite(x)) return TL_NONE;
     tl_lidx tet = TL_NONE;
     if (hint < locator->mesh->tet_count) tet = walk(locator, x, hint, weights);
     return tet != TL_NONE ? tet : find_in_tree(locator, x, weights);
@@ -249,7 +249,7 @@ tl_lidx tl_locator_nearest(const tl_locator *locator, const double x[3], tl_lidx
         return tet;
     }
     nearest best = {.tet = TL_NONE, .distance = INFINITY};
-    if (tli_is_finite(x)) {
+    if (vec_is_finite(x)) {
         if (hint < locator->mesh->tet_count) offer_tet(locator, x, hint, &best);
         search_nearest(locator, x, &best);
     }

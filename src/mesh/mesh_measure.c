@@ -21,10 +21,10 @@ static double triangle_area(const double *xyz, const tl_lidx *triangle)
 {
     double a[3], b[3], normal[3];
     const double *p = xyz + 3 * (size_t)triangle[0];
-    tli_sub(xyz + 3 * (size_t)triangle[1], p, a);
-    tli_sub(xyz + 3 * (size_t)triangle[2], p, b);
-    tli_cross(a, b, normal);
-    return sqrt(tli_dot(normal, normal)) / 2;
+    vec_sub(xyz + 3 * (size_t)triangle[1], p, a);
+    vec_sub(xyz + 3 * (size_t)triangle[2], p, b);
+    vec_cross(a, b, normal);
+    return vec_length(normal) / 2;
 }
 
 static size_t count_interfaces(const tl_mesh *mesh, const tl_lidx *opposite)
@@ -130,7 +130,7 @@ static tl_status measure_verts(tl_ctx *ctx, const tl_mesh *mesh, tl_mesh_stats *
     for (size_t v = 0; v < mesh->vert_count; v++) {
         const double *x = mesh->xyz + 3 * v;
         stats->unused_verts += !used[v];
-        if (!used[v] || tli_is_finite(x)) {
+        if (!used[v] || vec_is_finite(x)) {
             used_count += used[v];
             continue;
         }

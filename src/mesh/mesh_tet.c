@@ -20,19 +20,19 @@ void tli_tet_measure(const double p[4][3], tli_tet_shape *shape)
     for (int i = 0; i < 4; i++) {
         const uint8_t *face = tli_tet_faces[i];
         double a[3], b[3];
-        tli_sub(p[face[1]], p[face[0]], a);
-        tli_sub(p[face[2]], p[face[0]], b);
-        tli_cross(a, b, normals[i]);
+        vec_sub(p[face[1]], p[face[0]], a);
+        vec_sub(p[face[2]], p[face[0]], b);
+        vec_cross(a, b, normals[i]);
     }
     for (int i = 0; i < 3; i++) {
         for (int j = i + 1; j < 4; j++) {
             double edge[3];
             int k = i == 0 ? (j == 1 ? 2 : 1) : 0, l = 6 - i - j - k;
-            tli_sub(p[l], p[k], edge);
-            double square = tli_dot(edge, edge);
+            vec_sub(p[l], p[k], edge);
+            double square = vec_dot(edge, edge);
             squares += square;
             tli_angle angle = {6 * fabs(shape->volume) * sqrt(square),
-                               -tli_dot(normals[i], normals[j])};
+                               -vec_dot(normals[i], normals[j])};
             bool is_first = i == 0 && j == 1;
             if (is_first || tli_angle_less(angle, shape->smallest)) shape->smallest = angle;
             if (is_first || tli_angle_less(shape->largest, angle)) shape->largest = angle;
@@ -78,7 +78,7 @@ static void offer(const double p[4][3], const double x[3], const double candidat
         d[k] = candidate[0] * (p[0][k] - x[k]) + candidate[1] * (p[1][k] - x[k]) +
                candidate[2] * (p[2][k] - x[k]) + candidate[3] * (p[3][k] - x[k]);
     }
-    double square = tli_dot(d, d);
+    double square = vec_dot(d, d);
     if (!(square < *best)) return;
     *best = square;
     for (int i = 0; i < 4; i++) weights[i] = candidate[i];
@@ -89,10 +89,10 @@ static void offer_edge(const double p[4][3], const double x[3], int i, int j, do
                        double weights[4])
 {
     double edge[3], to_x[3], candidate[4] = {0, 0, 0, 0};
-    tli_sub(p[j], p[i], edge);
-    tli_sub(x, p[i], to_x);
-    double length = tli_dot(edge, edge);
-    double t = length > 0 ? tli_dot(edge, to_x) / length : 0;
+    vec_sub(p[j], p[i], edge);
+    vec_sub(x, p[i], to_x);
+    double length = vec_dot(edge, edge);
+    double t = length > 0 ? vec_dot(edge, to_x) / length : 0;
     t = t > 0 ? (t < 1 ? t : 1) : 0;
     candidate[i] = 1 - t;
     candidate[j] = t;
@@ -106,16 +106,16 @@ static void offer_face(const double p[4][3], const double x[3], int corner, doub
 {
     const uint8_t *face = tli_tet_faces[corner];
     double a[3], b[3], normal[3], to_x[3], part[3], candidate[4] = {0, 0, 0, 0};
-    tli_sub(p[face[1]], p[face[0]], a);
-    tli_sub(p[face[2]], p[face[0]], b);
-    tli_sub(x, p[face[0]], to_x);
-    tli_cross(a, b, normal);
-    double area = tli_dot(normal, normal);
+    vec_sub(p[face[1]], p[face[0]], a);
+    vec_sub(p[face[2]], p[face[0]], b);
+    vec_sub(x, p[face[0]], to_x);
+    vec_cross(a, b, normal);
+    double area = vec_dot(normal, normal);
     if (!(area > 0)) return;
-    tli_cross(to_x, b, part);
-    double u = tli_dot(part, normal) / area;
-    tli_cross(a, to_x, part);
-    double v = tli_dot(part, normal) / area;
+    vec_cross(to_x, b, part);
+    double u = vec_dot(part, normal) / area;
+    vec_cross(a, to_x, part);
+    double v = vec_dot(part, normal) / area;
     double rest = 1 - u - v;
     if (!(u >= 0 && v >= 0 && rest >= 0)) return;
     candidate[face[0]] = rest;

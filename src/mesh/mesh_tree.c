@@ -54,7 +54,7 @@ static size_t count_finite(const building *b)
 {
     size_t count = b->mesh->tet_count;
     while (count) {
-        if (tli_is_finite(b->centroids + 3 * (size_t)b->tree->order[count - 1])) break;
+        if (vec_is_finite(b->centroids + 3 * (size_t)b->tree->order[count - 1])) break;
         count--;
     }
     return count;

@@ -3,7 +3,7 @@
  * linear over the overlay of the two and largest at one of its corners: a bound on the two-sided
  * Hausdorff distance that is exact for small bends. Where a fan can't be seen so, the simplicial
  * map that moves both ends to the new place bounds the distance. */
-#include "measure/measure_vec.h"
+#include "base/base_vec.h"
 #include "simplify/simplify_hood.h"
 
 /* A point counts as inside a projected triangle down to this barycentric weight. */

@@ -5,7 +5,7 @@
 
 #include "base/base_predicates.h"
 #include "base/base_sort.h"
-#include "measure/measure_vec.h"
+#include "base/base_vec.h"
 #include "mesh/mesh.h"
 #include "simplify/simplify_work.h"
 
