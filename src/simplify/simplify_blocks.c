@@ -75,13 +75,12 @@ static double sample_cost(tli_hand *hand, const tl_lidx *verts, size_t count)
     enum { SAMPLES = 1001 };
     float best[SAMPLES];
     size_t n = 0;
-    for (size_t i = 0; i < SAMPLES && i < count; i++) {
-        tl_lidx u = verts[i * (count - 1) /
-                          (SAMPLES - 1 > count - 1 ? count - 1 + (count == 1) : SAMPLES - 1)];
+    for (size_t i = 0; i < count; i += count / SAMPLES + 1) {
+        tl_lidx u = verts[i];
         size_t near = tli_star_neighbours(hand->work, u, hand->near);
         float least = INFINITY;
         hand->cost(hand->work, u, hand->near, near, hand->costs);
-        for (size_t j = 0; j < near; j++) least = fminf(least, hand->costs[j]);
+        for (size_t j = 0; j < near; j++) least = hand->costs[j] < least ? hand->costs[j] : least;
         if (least == INFINITY) continue;
         size_t at = n++;
         for (; at > 0 && best[at - 1] > least; at--) best[at] = best[at - 1];

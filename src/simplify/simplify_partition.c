@@ -68,8 +68,8 @@ static tl_status cut(cutter *c, size_t begin, size_t end, int depth)
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = begin; i < end; i++)
         for (int j = 0; j < 3; j++) {
-            lo[j] = fminf(lo[j], c->places[i].at[j]);
-            hi[j] = fmaxf(hi[j], c->places[i].at[j]);
+            lo[j] = c->places[i].at[j] < lo[j] ? c->places[i].at[j] : lo[j];
+            hi[j] = c->places[i].at[j] > hi[j] ? c->places[i].at[j] : hi[j];
         }
     int axis = 0;
     for (int j = 1; j < 3; j++)
