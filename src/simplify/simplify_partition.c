@@ -1,32 +1,57 @@
 /* Blocks of vertices that workers may change side by side: a k-d tree whose planes lie at other
- * places in each round, so that what is a border now is inside later. */
+ * places in each round, so that what is a border now is inside later. The tree is made from a
+ * sample; all vertices then find their blocks on all threads. */
 #include "simplify/simplify_order.h"
 
 /* About as many blocks at most: their number has 16 bits, and tables are its square. */
-enum { BINS = 512, BLOCKS_MAX = 2000 };
+enum { BLOCKS_MAX = 2000 };
+/* One vertex in so many makes the tree. */
+enum { SAMPLE = 16 };
+/* Places of a histogram that finds where to cut. */
+enum { BINS = 512 };
+/* Deeper than this only coinciding places get. */
+enum { DEPTH_MAX = 40 };
 
 typedef struct place {
     float at[3];
-    tl_lidx vert;
 } place;
+
+/* A plane, or (axis 3) a block. */
+typedef struct node {
+    float at;
+    uint32_t axis;
+    uint32_t low, high; /* nodes on both sides; low is the block of a leaf */
+} node;
 
 typedef struct cutter {
     tli_work *work;
-    place *places, *spare;
-    size_t block_max;
-    uint64_t state; /* of the generator that moves the planes */
-    size_t *starts;
-    size_t block_count, block_capacity;
+    place *places;
+    size_t leaf_max; /* sampled places in a block */
+    uint64_t state;  /* of the generator that moves the planes */
+    node *nodes;
+    size_t node_count, node_capacity;
+    uint16_t block_count;
+    const tl_lidx *verts;
 } cutter;
 
-static double next_random(uint64_t *state)
+static double next_share(uint64_t *state)
 {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 40) / (double)(1 << 24);
+    return 0.35 + 0.3 * (double)(*state >> 40) / (double)(1 << 24);
+}
+
+static place place_of(const tli_work *w, tl_lidx v)
+{
+    place p = {{0, 0, 0}};
+    for (int j = 0; j < 3; j++) {
+        double x = (w->verts[v].xyz[j] - w->centre[j]) * w->scale;
+        if (isfinite(x)) p.at[j] = (float)x;
+    }
+    return p;
 }
 
 /* Value that about share of the places lie below, on the axis; by a histogram. */
-static float split_at(const place *p, size_t count, int axis, float lo, float hi, double share)
+static float split_at(const place *p, size_t count, unsigned axis, float lo, float hi, double share)
 {
     size_t bins[BINS] = {0}, below = 0, b = 0;
     float scale = BINS / (hi - lo);
@@ -38,53 +63,87 @@ static float split_at(const place *p, size_t count, int axis, float lo, float hi
     return lo + (float)(b + 1) / scale;
 }
 
-static void set_block(tli_vertex *v, uint16_t block)
+static unsigned longest_side(const place *p, size_t count, float *lo, float *hi)
 {
-    v->block = block;
-    v->border = 0;
+    float least[3], most[3];
+    unsigned axis = 0;
+    for (int j = 0; j < 3; j++) least[j] = most[j] = p[0].at[j];
+    for (size_t i = 1; i < count; i++)
+        for (int j = 0; j < 3; j++) {
+            least[j] = p[i].at[j] < least[j] ? p[i].at[j] : least[j];
+            most[j] = p[i].at[j] > most[j] ? p[i].at[j] : most[j];
+        }
+    for (unsigned j = 1; j < 3; j++)
+        if (most[j] - least[j] > most[axis] - least[axis]) axis = j;
+    *lo = least[axis];
+    *hi = most[axis];
+    return axis;
 }
 
-static tl_status add_block(cutter *c, size_t begin, size_t end)
+static tl_status add_node(cutter *c, node fresh, uint32_t *number)
 {
     tl_status st = TL_OK;
-    if (c->block_count + 2 > c->block_capacity) {
-        c->block_capacity = 2 * c->block_capacity + 16;
-        c->starts =
-            tl_mem_resize(c->work->ctx, c->starts, c->block_capacity, sizeof *c->starts, &st);
+    if (c->node_count == c->node_capacity) {
+        c->node_capacity = 2 * c->node_capacity + 64;
+        c->nodes = tl_mem_resize(c->work->ctx, c->nodes, c->node_capacity, sizeof *c->nodes, &st);
         if (st) return st;
     }
-    c->starts[c->block_count++] = begin;
-    c->starts[c->block_count] = end;
-    for (size_t i = begin; i < end; i++)
-        set_block(&c->work->verts[c->places[i].vert], (uint16_t)c->block_count);
+    *number = (uint32_t)c->node_count;
+    c->nodes[c->node_count++] = fresh;
     return TL_OK;
 }
 
-/* Cuts [begin, end) along its longest side; depth bounds the recursion for coinciding places. */
-static tl_status cut(cutter *c, size_t begin, size_t end, int depth)
+/* Cuts [begin, end) of the sample along its longest side; gives the number of the node. */
+static tl_status cut(cutter *c, size_t begin, size_t end, int depth, uint32_t *number)
 {
-    size_t count = end - begin, low = begin, high = 0;
-    if (count <= c->block_max || depth == 40) return add_block(c, begin, end);
-    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = begin; i < end; i++)
-        for (int j = 0; j < 3; j++) {
-            lo[j] = c->places[i].at[j] < lo[j] ? c->places[i].at[j] : lo[j];
-            hi[j] = c->places[i].at[j] > hi[j] ? c->places[i].at[j] : hi[j];
+    size_t count = end - begin, low = begin, high = end;
+    float lo = 0, hi = 0;
+    unsigned axis = count > c->leaf_max ? longest_side(c->places + begin, count, &lo, &hi) : 0;
+    if (count <= c->leaf_max || depth == DEPTH_MAX || !(hi > lo))
+        return add_node(c, (node){0, 3, ++c->block_count, 0}, number);
+    float at = split_at(c->places + begin, count, axis, lo, hi, next_share(&c->state));
+    while (low < high)
+        if (c->places[low].at[axis] < at)
+            low++;
+        else {
+            place p = c->places[--high];
+            c->places[high] = c->places[low];
+            c->places[low] = p;
         }
-    int axis = 0;
-    for (int j = 1; j < 3; j++)
-        if (hi[j] - lo[j] > hi[axis] - lo[axis]) axis = j;
-    double share = 0.35 + 0.3 * next_random(&c->state);
-    if (!(hi[axis] > lo[axis])) return add_block(c, begin, end);
-    float at = split_at(c->places + begin, count, axis, lo[axis], hi[axis], share);
-    for (size_t i = begin; i < end; i++)
-        if (c->places[i].at[axis] < at)
-            c->places[low++] = c->places[i];
-        else
-            c->spare[high++] = c->places[i];
-    memcpy(c->places + low, c->spare, high * sizeof *c->spare);
-    tl_status st = cut(c, begin, low, depth + 1);
-    return st ? st : cut(c, low, end, depth + 1);
+    uint32_t below = 0, above = 0;
+    tl_status st = add_node(c, (node){at, axis, 0, 0}, number);
+    if (!st) st = cut(c, begin, low, depth + 1, &below);
+    if (!st) st = cut(c, low, end, depth + 1, &above);
+    if (!st) c->nodes[*number].low = below, c->nodes[*number].high = above;
+    return st;
+}
+
+static tl_status make_tree(cutter *c, size_t count)
+{
+    tl_status st = TL_OK;
+    size_t sampled = (count + SAMPLE - 1) / SAMPLE;
+    uint32_t root;
+    c->places = tl_mem_alloc(c->work->ctx, sampled, sizeof *c->places, &st);
+    for (size_t i = 0; !st && i < sampled; i++)
+        c->places[i] = place_of(c->work, c->verts[i * SAMPLE]);
+    if (!st) st = cut(c, 0, sampled, 0, &root);
+    tl_mem_free(c->work->ctx, c->places);
+    return st;
+}
+
+static tl_status find_blocks(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const cutter *c = arg;
+    (void)worker;
+    for (size_t i = begin; i < end; i++) {
+        tli_vertex *v = &c->work->verts[c->verts[i]];
+        place p = place_of(c->work, c->verts[i]);
+        const node *n = c->nodes;
+        while (n->axis < 3) n = c->nodes + (p.at[n->axis] < n->at ? n->low : n->high);
+        v->block = (uint16_t)n->low;
+        v->border = 0;
+    }
+    return TL_OK;
 }
 
 /* A tet with vertices of several blocks makes all of them border vertices. */
@@ -103,26 +162,35 @@ static tl_status mark_borders(void *arg, size_t begin, size_t end, unsigned work
     return TL_OK;
 }
 
+/* A counting sort of the vertices by block. */
+static tl_status sort_by_block(cutter *c, tl_lidx *verts, size_t count, size_t **starts)
+{
+    tl_status st = TL_OK;
+    const tli_work *w = c->work;
+    size_t blocks = c->block_count;
+    size_t *at = tl_mem_zalloc(w->ctx, blocks + 2, sizeof *at, &st);
+    tl_lidx *sorted = tl_mem_alloc(w->ctx, count, sizeof *sorted, &st);
+    if (!st) {
+        for (size_t i = 0; i < count; i++) at[w->verts[verts[i]].block + 1]++;
+        for (size_t b = 1; b <= blocks; b++) at[b + 1] += at[b];
+        for (size_t i = 0; i < count; i++) sorted[at[w->verts[verts[i]].block]++] = verts[i];
+        memcpy(verts, sorted, count * sizeof *verts);
+    }
+    tl_mem_free(w->ctx, sorted);
+    *starts = at; /* moved on by one block: starts[b] is now where block b + 1 begins */
+    return st;
+}
+
 tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t block_max,
                         unsigned round, size_t **starts, size_t *block_count)
 {
-    tl_status st = TL_OK;
-    cutter c = {.work = work, .block_max = block_max, .state = round + 1};
-    if (count / block_max > BLOCKS_MAX) c.block_max = count / BLOCKS_MAX;
-    c.places = tl_mem_alloc(work->ctx, count, sizeof *c.places, &st);
-    c.spare = tl_mem_alloc(work->ctx, count, sizeof *c.spare, &st);
-    for (size_t i = 0; !st && i < count; i++) {
-        const double *x = work->verts[verts[i]].xyz;
-        for (int j = 0; j < 3; j++)
-            c.places[i].at[j] = (float)((x[j] - work->verts[0].xyz[j]) * work->scale);
-        c.places[i].vert = verts[i];
-    }
-    if (!st) st = cut(&c, 0, count, 0);
-    for (size_t i = 0; !st && i < count; i++) verts[i] = c.places[i].vert;
-    tl_mem_free(work->ctx, c.spare);
-    tl_mem_free(work->ctx, c.places);
+    if (count / block_max > BLOCKS_MAX) block_max = count / BLOCKS_MAX;
+    cutter c = {.work = work, .leaf_max = block_max / SAMPLE, .state = round + 1, .verts = verts};
+    tl_status st = make_tree(&c, count);
+    if (!st) st = tli_parallel(work->ctx, count, 8192, find_blocks, &c);
+    if (!st) st = sort_by_block(&c, verts, count, starts);
     if (!st) st = tli_parallel(work->ctx, work->tet_count, 65536, mark_borders, work);
-    *starts = c.starts;
+    tl_mem_free(work->ctx, c.nodes);
     *block_count = c.block_count;
     return st;
 }

@@ -81,6 +81,8 @@ static tl_status add_field(void *arg, size_t begin, size_t end, unsigned worker)
             sum[8] += m * z;
             volume += m;
         }
+        if (job->component == 0)
+            tli_work_round_values(w, (tl_lidx)v, w->values + v * w->components);
         if (!(volume > 0)) continue;
         double inv = 1 / volume;
         for (int i = 0; i < 6; i++) q[i] += (float)(sum[i] * inv);
@@ -160,8 +162,6 @@ tl_status tli_work_set_quadrics(tli_work *w)
     } while (!st && ++job.component < w->components);
     tl_mem_free(w->ctx, job.gradients);
     if (st) return st;
-    for (size_t v = 0; v < w->vert_count; v++)
-        tli_work_round_values(w, (tl_lidx)v, w->values + v * w->components);
     add_faces(w);
     add_sharp_edges(w);
     tl_mem_free(w->ctx, w->surface);

@@ -12,19 +12,39 @@
 /* A boundary edge is sharp when its two faces bend by more than this (radians). */
 static const double SHARP_ANGLE = 0.7;
 
-/* Sets the face bits and lists the surface faces; an interface face comes from its lower region. */
-static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
+typedef struct face_job {
+    tli_work *work;
+    const tl_lidx *opposite;
+} face_job;
+
+/* Sets the face bits. */
+static tl_status mark_faces(void *arg, size_t begin, size_t end, unsigned worker)
 {
-    tl_status st = TL_OK;
-    size_t capacity = 0;
-    for (size_t t = 0; t < w->tet_count; t++)
+    face_job *job = arg;
+    tli_work *w = job->work;
+    (void)worker;
+    for (size_t t = begin; t < end; t++)
         for (unsigned f = 0; f < 4; f++) {
-            tl_lidx o = opposite[4 * t + f];
+            tl_lidx o = job->opposite[4 * t + f];
             bool boundary = o == TL_NONE;
             if (!boundary && (!w->regions || w->regions[t] == w->regions[o >> 2])) continue;
             w->faces[t] |= (uint8_t)((1u << f) | (boundary ? 16u << f : 0u));
-            if (!boundary) w->has_surfaces_inside = true;
-            if (!boundary && w->regions[t] > w->regions[o >> 2]) continue;
+        }
+    return TL_OK;
+}
+
+/* Lists the surface faces; an interface face comes from its lower region. */
+static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
+{
+    face_job job = {w, opposite};
+    tl_status st = tli_parallel(w->ctx, w->tet_count, 32768, mark_faces, &job);
+    size_t capacity = 0;
+    for (size_t t = 0; !st && t < w->tet_count; t++)
+        for (unsigned f = 0; w->faces[t] && f < 4; f++) {
+            tl_lidx o = opposite[4 * t + f];
+            if (!(w->faces[t] & 1u << f)) continue;
+            if (o != TL_NONE) w->has_surfaces_inside = true;
+            if (o != TL_NONE && w->regions[t] > w->regions[o >> 2]) continue;
             if (w->surface_count == capacity) {
                 capacity = capacity ? capacity * 2 : 4096;
                 w->surface = tl_mem_resize(w->ctx, w->surface, capacity, sizeof *w->surface, &st);
@@ -34,7 +54,7 @@ static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
                 w->surface[w->surface_count][i] = w->tets[t][tli_tet_faces[f][i]];
             w->surface_count++;
         }
-    return TL_OK;
+    return st;
 }
 
 static void freeze(tli_work *w, tl_lidx v)

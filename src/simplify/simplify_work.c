@@ -43,35 +43,57 @@ static tl_status copy_vertices(void *arg, size_t begin, size_t end, unsigned wor
     return TL_OK;
 }
 
-/* Tets with new vertex numbers, ordered by their smallest vertex: a counting sort. */
-static tl_status copy_tets(tli_work *w, const tl_mesh *mesh, const tl_lidx *rank)
+typedef struct tet_job {
+    tli_work *work;
+    const tl_mesh *mesh;
+    const tl_lidx *rank;
+    uint32_t *keys, *order;
+} tet_job;
+
+static tl_status key_tets(void *arg, size_t begin, size_t end, unsigned worker)
 {
-    const tl_lidx *tets = tl_mesh_tets(mesh);
-    const int32_t *regions = tl_mesh_regions(mesh);
-    tl_status st = TL_OK;
-    tl_lidx *starts = tl_mem_zalloc(w->ctx, w->vert_count + 2, sizeof *starts, &st);
-    if (st) return st;
-    for (size_t t = 0; t < w->tet_count; t++) {
-        const tl_lidx *q = tets + 4 * t;
-        tl_lidx a = rank[q[0]], b = rank[q[1]], c = rank[q[2]], d = rank[q[3]];
-        tl_lidx ab = a < b ? a : b, cd = c < d ? c : d;
-        starts[(ab < cd ? ab : cd) + 1]++;
+    tet_job *job = arg;
+    (void)worker;
+    for (size_t t = begin; t < end; t++) {
+        const tl_lidx *q = tl_mesh_tets(job->mesh) + 4 * t;
+        tl_lidx least = job->rank[q[0]];
+        for (int j = 1; j < 4; j++)
+            if (job->rank[q[j]] < least) least = job->rank[q[j]];
+        job->keys[t] = least;
+        job->order[t] = (uint32_t)t;
     }
-    for (size_t v = 0; v < w->vert_count; v++) starts[v + 1] += starts[v];
-    for (size_t t = 0; t < w->tet_count; t++) {
-        const tl_lidx *q = tets + 4 * t;
-        tl_lidx a = rank[q[0]], b = rank[q[1]], c = rank[q[2]], d = rank[q[3]];
-        tl_lidx ab = a < b ? a : b, cd = c < d ? c : d;
-        tl_lidx to = starts[ab < cd ? ab : cd]++;
-        w->tets[to][0] = a;
-        w->tets[to][1] = b;
-        w->tets[to][2] = c;
-        w->tets[to][3] = d;
+    return TL_OK;
+}
+
+static tl_status copy_range(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    tet_job *job = arg;
+    tli_work *w = job->work;
+    const int32_t *regions = tl_mesh_regions(job->mesh);
+    (void)worker;
+    for (size_t to = begin; to < end; to++) {
+        size_t t = job->order[to];
+        const tl_lidx *q = tl_mesh_tets(job->mesh) + 4 * t;
+        for (int j = 0; j < 4; j++) w->tets[to][j] = job->rank[q[j]];
         if (w->tet_origin) w->tet_origin[to] = (tl_lidx)t;
         if (regions) w->regions[to] = regions[t];
     }
-    tl_mem_free(w->ctx, starts);
     return TL_OK;
+}
+
+/* Tets with new vertex numbers, ordered by their smallest vertex. */
+static tl_status copy_tets(tli_work *w, const tl_mesh *mesh, const tl_lidx *rank)
+{
+    tl_status st = TL_OK;
+    tet_job job = {w, mesh, rank, NULL, NULL};
+    job.keys = tl_mem_alloc(w->ctx, w->tet_count, sizeof *job.keys, &st);
+    job.order = tl_mem_alloc(w->ctx, w->tet_count, sizeof *job.order, &st);
+    if (!st) st = tli_parallel(w->ctx, w->tet_count, 32768, key_tets, &job);
+    if (!st) st = tli_sort_u32(w->ctx, job.keys, job.order, w->tet_count);
+    if (!st) st = tli_parallel(w->ctx, w->tet_count, 32768, copy_range, &job);
+    tl_mem_free(w->ctx, job.order);
+    tl_mem_free(w->ctx, job.keys);
+    return st;
 }
 
 static tl_status set_stars(tli_work *w)
@@ -111,8 +133,10 @@ static void set_size(tli_work *w, const tl_simplify_opts *opts)
             if (x > hi[j]) hi[j] = x;
             if (fabs(x) > largest) largest = fabs(x);
         }
-    for (int j = 0; j < 3; j++)
+    for (int j = 0; j < 3; j++) {
         if (hi[j] > lo[j]) square += (hi[j] - lo[j]) * (hi[j] - lo[j]);
+        w->centre[j] = hi[j] >= lo[j] ? lo[j] + (hi[j] - lo[j]) / 2 : 0;
+    }
     double diagonal = sqrt(square);
     w->scale = diagonal > 0 ? 1 / diagonal : 1;
     w->rounding = ROUNDING * (largest + diagonal);

@@ -109,6 +109,7 @@ typedef struct tli_work {
     size_t components;     /* of all steering channels together */
     size_t quadric_floats; /* stride of quadrics, a multiple of 4 */
     double scale;          /* 1 / diagonal */
+    double centre[3];      /* of the bounding box, mesh units */
     double rounding;       /* mesh units: surface moves below it are rounding of coordinates */
     double boundary_error; /* mesh units */
     double shape_cube;     /* least mean ratio, cubed */
