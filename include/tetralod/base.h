@@ -57,8 +57,10 @@ typedef enum tl_status {
 /* Name of a status in lower case, "out of budget"; never NULL. */
 TL_API const char *tl_status_name(tl_status status);
 
+/* Memory, pool, hooks and the message of the last failure; every call that can fail takes one. */
 typedef struct tl_ctx tl_ctx;
 
+/* Importance of a log line. A clean run logs nothing above info. */
 typedef enum tl_log_level {
     TL_LOG_ERROR = 0,
     TL_LOG_WARNING = 1,
@@ -80,6 +82,7 @@ typedef bool (*tl_progress_fn)(void *user, const char *stage, uint64_t done, uin
  * one at a time. */
 typedef void (*tl_log_fn)(void *user, tl_log_level level, const char *text);
 
+/* What a context is made of. */
 typedef struct tl_ctx_opts {
     size_t struct_bytes;     /* size of this struct, set by tl_ctx_opts_defaults */
     size_t budget_bytes;     /* hard limit of memory in bytes; default 0: none */

@@ -9,12 +9,12 @@
 extern "C" {
 #endif
 
-/* What is to be done with values that a file marks as missing. */
+/* How a file is read, and what is done with values that it marks as missing. */
 typedef struct tl_read_opts {
-    size_t struct_bytes;
+    size_t struct_bytes;  /* size of this struct, set by tl_read_opts_defaults */
     const char *solution; /* PLOT3D: path of the Q file; NULL: none. borrowed */
     uint32_t raw_dims[3]; /* raw volume: points along x, y, z; 0: the file is no raw volume */
-    tl_scalar raw_scalar; /* raw volume: type of a value, x fastest */
+    tl_scalar raw_scalar; /* raw volume: type of a value, x fastest; default TL_U8 */
     bool raw_big_endian;  /* default false */
     int split;            /* tets of a structured cell: 5 (by parity, default) or 6 */
     bool
@@ -54,7 +54,8 @@ typedef enum tl_cell_kind {
 /* "tetra", "hexahedron" ...; never NULL. */
 TL_API const char *tl_cell_kind_name(tl_cell_kind kind);
 
-/* What a reader found, dropped and changed. */
+/* What a reader found, dropped and changed. Cells are those of the file; a structured file has one
+ * between each eight points. */
 typedef struct tl_read_report {
     uint64_t points;                    /* in the file */
     uint64_t cells[TL_CELL_KIND_COUNT]; /* in the file, by kind */
@@ -72,36 +73,44 @@ typedef struct tl_read_report {
 /* Reads any known file as tets; the kind is told by the bytes, then by the name. Everything that is
  * dropped or changed is counted in report (may be NULL) and said through the log at level info.
  * A file without volume cells gives a mesh of 0 tets that keeps its points and channels.
- * opts may be NULL (defaults). Gives *mesh. TL_ERR_IO, TL_ERR_FORMAT, TL_ERR_UNSUPPORTED. */
+ * opts may be NULL (defaults). Gives *mesh; on failure it is NULL. Runs on the pool. TL_ERR_IO;
+ * TL_ERR_FORMAT and TL_ERR_UNSUPPORTED name the place in the file; TL_ERR_ARG for options out of
+ * range, TL_ERR_DATA for a region array that is not there or holds no ids, TL_ERR_CANCELLED. */
 TL_API tl_status tl_mesh_read(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
                               tl_mesh **mesh, tl_read_report *report);
 
+/* How a mesh is written. */
 typedef struct tl_write_opts {
-    size_t struct_bytes;
-    bool zlib;  /* VTU: compress with zlib; default false. Smaller and slower */
-    bool ascii; /* legacy VTK and VTU: text; default false */
+    size_t struct_bytes; /* size of this struct, set by tl_write_opts_defaults */
+    bool zlib;           /* VTU: compress with zlib; default false. Smaller and slower */
+    bool ascii;          /* legacy VTK and VTU: text; default false */
 } tl_write_opts;
 TL_API tl_write_opts tl_write_opts_defaults(void);
 
 /* Writes a mesh; the ending of the name says as what: .vtu or .vtk. Positions and values are
  * written in the narrowest type that loses nothing (positions: float32 or float64; channels: their
  * own type if all values fit, else float64). The file appears only when complete. opts may be NULL.
- * TL_ERR_ARG for an unknown ending, TL_ERR_IO. */
+ * TL_ERR_ARG for an unknown ending, or zlib beside ascii or for .vtk; TL_ERR_IO, TL_ERR_UNSUPPORTED
+ * (legacy VTK of 2^31 points or 2^29 tets), TL_ERR_CANCELLED. Runs on the pool. */
 TL_API tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                                const tl_write_opts *opts);
 
 /* ---- synthetic data ---- */
 
-/* Name and one-line description of sample index; NULL past the last one. */
+/* Name of sample index, NULL past the last one; one-line description of a sample, NULL for an
+ * unknown name. Both live as long as the library. */
 TL_API const char *tl_sample_name(size_t index);
 TL_API const char *tl_sample_about(const char *name);
 
 /* Streams a sample to a .vtu file, in memory that does not grow with its size.
- * size: vertices along each side of a grid, or the nearest equal; 0 takes the sample's default. */
+ * size: vertices along each side of a grid, 2 to 32,768, or the nearest equal; 0 takes the sample's
+ * default. Runs on the pool. TL_ERR_ARG for an unknown name, a size out of range or a name that
+ * does not end in .vtu; TL_ERR_IO, TL_ERR_CANCELLED. */
 TL_API tl_status tl_sample_write(tl_ctx *ctx, const char *name, uint32_t size, const char *path);
 
 /* The exact values of a sample at x: values [tl_sample_components(name)], all channels one after
- * the other in the order of the file. TL_ERR_ARG for an unknown name. */
+ * the other in the order of the file, for x of the sample's domain. TL_ERR_ARG for an unknown name,
+ * of which tl_sample_components is 0. */
 TL_API size_t tl_sample_components(const char *name);
 TL_API tl_status tl_sample_value(tl_ctx *ctx, const char *name, const double x[3], double *values);
 

@@ -31,26 +31,28 @@ typedef struct tl_field_error {
 /* How far an isosurface of the copy is from that of the original, in mesh units. All distances are
  * infinite where only one mesh has the surface, and 0 where none has it. */
 typedef struct tl_iso_error {
-    const char *channel; /* borrows from the first mesh */
-    double value;
+    const char *channel;    /* borrows from the first mesh */
+    double value;           /* in the channel's unit */
     double mean;            /* d_M of 3.1.1 */
     double hausdorff;       /* d_H, two-sided: the largest distance found */
     double hausdorff_bound; /* d_H is at most this, apart from rounding */
     double one_sided[2]; /* d_O original to copy, copy to original: the largest distances found */
-    double area[2];
-    size_t samples;
+    double area[2];      /* original, copy; mesh units squared */
+    size_t samples;      /* on both sides together */
 } tl_iso_error;
 
+/* An isosurface that is to be compared. */
 typedef struct tl_iso_request {
     const char *channel; /* a scalar channel on vertices of both meshes. borrowed */
-    double value;
+    double value;        /* finite, in the channel's unit */
 } tl_iso_request;
 
+/* What is compared, and how finely. */
 typedef struct tl_compare_opts {
-    size_t struct_bytes;
-    const tl_iso_request *isos; /* default NULL. borrowed */
+    size_t struct_bytes;        /* size of this struct, set by tl_compare_opts_defaults */
+    const tl_iso_request *isos; /* [iso_count]; default NULL. borrowed */
     size_t iso_count;
-    bool skip_boundary; /* default false */
+    bool skip_boundary; /* default false; true: what begins with boundary_ stays 0 */
     double sample_step; /* distance of the boundary and isosurface samples in mesh units, at least
                            0.01 % of the larger diagonal; default 0: 0.25 % of it. No point of a
                            surface is farther from the next sample; every corner of a triangle is
@@ -58,6 +60,7 @@ typedef struct tl_compare_opts {
 } tl_compare_opts;
 TL_API tl_compare_opts tl_compare_opts_defaults(void);
 
+/* How far two meshes are apart. Pairs are original, copy. */
 typedef struct tl_compare_result {
     tl_field_error *fields; /* [field_count]: channels that both meshes have, by name, place and
                                components */
@@ -73,11 +76,11 @@ typedef struct tl_compare_result {
     double boundary_hausdorff_bound; /* d_H is at most this, apart from rounding: within 1 % of
                                         boundary_hausdorff or 0.1 % of the step unless the search
                                         was cut short */
-    double boundary_one_sided[2];    /* d_O original to copy, copy to original */
-    double boundary_step;            /* the distance of samples used */
+    double boundary_one_sided[2];    /* d_O original to copy, copy to original, mesh units */
+    double boundary_step;            /* the distance of samples used, mesh units */
     size_t boundary_samples;         /* on both sides together */
-    double volume[2];
-    double area[2];
+    double volume[2];                /* from here to components as in tl_mesh_stats */
+    double area[2];                  /* of the boundary */
     size_t inverted[2];
     size_t degenerate[2];
     size_t nonmanifold_faces[2];
@@ -92,10 +95,12 @@ typedef struct tl_compare_result {
 /* Compares a copy (simplified, decoded, moved) with the original. Runs on the pool; the result does
  * not depend on the number of threads. opts may be NULL. Gives *result, to be released with
  * tl_compare_release before either mesh is destroyed. TL_ERR_DATA for a mesh without tets or with
- * vertices that are not finite; TL_ERR_ARG for an iso request that names no scalar channel of both.
- */
+ * vertices that are not finite, or whose diagonal overflows; TL_ERR_ARG for an iso request that
+ * names no scalar channel of both, or a step out of range; TL_ERR_UNSUPPORTED for a surface of more
+ * than 1,431,655,765 triangles; TL_ERR_CANCELLED. *result is empty on failure. */
 TL_API tl_status tl_mesh_compare(tl_ctx *ctx, const tl_mesh *original, const tl_mesh *copy,
                                  const tl_compare_opts *opts, tl_compare_result *result);
+/* Frees what hangs on a result and empties it. NULL and an empty result are allowed. */
 TL_API void tl_compare_release(tl_ctx *ctx, tl_compare_result *result);
 
 #ifdef __cplusplus

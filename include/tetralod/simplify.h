@@ -9,14 +9,17 @@
 extern "C" {
 #endif
 
+/* The order of the collapses. */
 typedef enum tl_simplify_method {
     TL_SIMPLIFY_AUTO = 0,        /* the best by measurement: docs/notes says which and why */
     TL_SIMPLIFY_QUEUE = 1,       /* always the cheapest edge; one thread */
-    TL_SIMPLIFY_INDEPENDENT = 2, /* runs of independent edges below a rising threshold (4.1.1) */
+    TL_SIMPLIFY_INDEPENDENT = 2, /* rounds of independent edges below a rising threshold (4.1.1);
+                                    one thread */
     TL_SIMPLIFY_RANDOMIZED = 3,  /* the cheapest of a few random edges; one thread */
     TL_SIMPLIFY_BLOCKS = 4       /* queues in blocks of the mesh, all threads; borders move */
 } tl_simplify_method;
 
+/* Where a collapse puts the vertex that stays. */
 typedef enum tl_placement {
     TL_PLACE_OPTIMAL = 0, /* where the quadric is smallest */
     TL_PLACE_SUBSET = 1   /* at one of the two vertices; the result's vertices are original ones */
@@ -38,6 +41,7 @@ typedef struct tl_collapse {
                              the other; valid during the call */
     double cost;          /* quadric error, relative to squared ranges */
 } tl_collapse;
+/* Any status but TL_OK ends the simplification, which returns it. */
 typedef tl_status (*tl_collapse_fn)(void *user, const tl_collapse *collapse);
 
 typedef struct tl_simplify_opts {

@@ -27,9 +27,9 @@ static const cli_option STEERING[] = {
     {CLI_METHOD, 0, "method", CLI_TYPE_CHOICE, "auto|queue|independent|randomized|blocks", "auto",
      0, 0,
      "order of the collapses: the best by measurement, always the cheapest (one thread), rounds of "
-     "independent ones, the cheapest of a few random ones (one thread), the cheapest in each of "
-     "many "
-     "blocks"},
+     "independent ones (one thread), the cheapest of a few random ones (one thread), the cheapest "
+     "in "
+     "each of many blocks"},
     {CLI_PLACEMENT, 0, "placement", CLI_TYPE_CHOICE, "optimal|subset", "optimal", 0, 0,
      "new vertices lie where the error is smallest, or are original ones"},
     {CLI_MIN_QUALITY, 0, "min-quality", CLI_TYPE_REAL, "Q", "0.01", 0, 1,

@@ -24,9 +24,12 @@ tl_status tli_measure_vertices(tl_ctx *ctx, const tl_mesh *original, const tl_me
                                double (*weights)[4], double *outside_distance);
 
 /* The error of a channel on vertices at the vertices located by tli_measure_vertices. channel is
- * the original's, copy_channel the one of the copy, with as many components. errors [vert_count] or
- * NULL: the norm of the difference, 0 where nothing is measured error  receives name, components,
- * on, rms, max, max_at and nonfinite_count; mean and range are 0 */
+ * the original's, copy_channel the one of the copy, with as many components.
+ *
+ * errors [vert_count] or NULL: the norm of the difference, 0 where nothing is measured.
+ *
+ * error receives name, components, on, rms, max, max_at and nonfinite_count; mean and range are 0.
+ */
 tl_status tli_measure_channel(tl_ctx *ctx, const tl_mesh *original, const tl_channel *channel,
                               const tl_mesh *copy, const tl_channel *copy_channel,
                               const tl_lidx *tets, const double (*weights)[4], double *errors,
