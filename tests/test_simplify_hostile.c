@@ -202,6 +202,20 @@ static void test_soup(void **state)
     make_release(&m);
 }
 
+/* Vertices at one place with different values are told apart by their numbers: an error bound is
+ * held in the end, and the tries end. */
+static void test_values_at_one_place(void **state)
+{
+    (void)state;
+    const double one[4][3] = {{0}};
+    const tl_lidx tet[4] = {0, 1, 2, 3};
+    survives_arrays(one[0], 4, tet, 1);
+    const double more[7][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1},
+                               {1, 1, 1}, {0, 1, 0}, {0, 1, 0}};
+    const tl_lidx tets[3][4] = {{0, 1, 2, 3}, {1, 2, 3, 4}, {0, 1, 5, 6}};
+    survives_arrays(more[0], 7, tets[0], 3);
+}
+
 /* Vertices of no tet are left out. */
 static void test_unreferenced(void **state)
 {
@@ -405,12 +419,19 @@ static void test_targets(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_empty),         cmocka_unit_test(test_options),
-        cmocka_unit_test(test_few_tets),      cmocka_unit_test(test_all_at_one_place),
-        cmocka_unit_test(test_bad_parts),     cmocka_unit_test(test_soup),
-        cmocka_unit_test(test_unreferenced),  cmocka_unit_test(test_fan),
-        cmocka_unit_test(test_nonmanifold),   cmocka_unit_test(test_thin_layers),
-        cmocka_unit_test(test_extreme_sizes), cmocka_unit_test(test_targets),
+        cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_options),
+        cmocka_unit_test(test_few_tets),
+        cmocka_unit_test(test_all_at_one_place),
+        cmocka_unit_test(test_bad_parts),
+        cmocka_unit_test(test_soup),
+        cmocka_unit_test(test_unreferenced),
+        cmocka_unit_test(test_fan),
+        cmocka_unit_test(test_nonmanifold),
+        cmocka_unit_test(test_thin_layers),
+        cmocka_unit_test(test_extreme_sizes),
+        cmocka_unit_test(test_targets),
+        cmocka_unit_test(test_values_at_one_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -230,22 +230,26 @@ typedef struct places {
     double *outside;
 } places;
 
-/* A vertex that is still there is measured at itself, also where the mesh lies on itself. */
-static void stay_at_corner(const plan *p, const tl_mesh *out, tl_lidx hint, size_t v, places *at)
+/* A vertex that was not moved is measured at itself: where the mesh touches itself at a place, or a
+ * flat tet is there, a search could end at another vertex. hints are tets of the vertex's own star.
+ */
+static void stay_at_corner(const tli_work *w, const tl_mesh *out, const tl_lidx *hints, places *at)
 {
-    const double *x = tl_mesh_xyz(p->mesh) + 3 * v;
-    for (size_t i = 0; at->tets[v] != TL_NONE && hint != TL_NONE && i < 4; i++) {
-        tl_lidx corner = tl_mesh_tets(out)[4 * (size_t)hint + i];
-        if (memcmp(tl_mesh_xyz(out) + 3 * (size_t)corner, x, 3 * sizeof *x) != 0) continue;
-        at->tets[v] = hint;
-        at->outside[v] = 0;
-        for (size_t j = 0; j < 4; j++) at->weights[v][j] = i == j ? 1 : 0;
-        return;
+    const tl_lidx *tets = tl_mesh_tets(out);
+    tl_lidx count = 0;
+    for (size_t v = 0; v < w->vert_count; v++) {
+        if (w->verts[v].merged != v) continue;
+        tl_lidx number = count++, o = w->verts[v].origin;
+        if (w->verts[v].version != 0 && w->placement != TL_PLACE_SUBSET) continue;
+        if (at->tets[o] == TL_NONE || hints[o] == TL_NONE) continue;
+        at->tets[o] = hints[o];
+        at->outside[o] = 0;
+        for (size_t j = 0; j < 4; j++) at->weights[o][j] = tets[4 * (size_t)hints[o] + j] == number;
     }
 }
 
-static tl_status find_places(const plan *p, const tl_mesh *out, const tl_locator *locator,
-                             const tl_lidx *hints, places *at)
+static tl_status find_places(const plan *p, const tli_work *w, const tl_mesh *out,
+                             const tl_locator *locator, const tl_lidx *hints, places *at)
 {
     tl_status st = TL_OK;
     size_t n = tl_mesh_vert_count(p->mesh);
@@ -255,7 +259,7 @@ static tl_status find_places(const plan *p, const tl_mesh *out, const tl_locator
     if (!st)
         st = tli_measure_vertices(p->ctx, p->mesh, out, locator, hints, at->tets, at->weights,
                                   at->outside);
-    for (size_t v = 0; !st && v < n; v++) stay_at_corner(p, out, hints[v], v, at);
+    if (!st) stay_at_corner(w, out, hints, at);
     return st;
 }
 
@@ -350,7 +354,7 @@ static tl_status finish_values(plan *p, const tli_work *w, tl_mesh *out, const t
         st = tli_average_tets(p->ctx, p->mesh, out, locator, hints);
         start = tli_clock_s();
     }
-    if (!st) st = find_places(p, out, locator, hints, &at);
+    if (!st) st = find_places(p, w, out, locator, hints, &at);
     if (!st) st = measure(p, out, &at, r);
     if (!st) st = lock_broken(p, out, &at, r, held);
     r->measure_seconds += tli_clock_s() - start;
@@ -406,6 +410,8 @@ tl_status tl_mesh_simplify(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_o
         p.held.count = 0;
         st = simplify_once(&p, out, &r, &held);
         if (st || held) break;
+        if (i > TRIES_MAX) /* everything was locked, so everything was measured at itself */
+            st = tl_fail(ctx, TL_ERR_DATA, "the error bound can't be held");
         if (i >= TRIES_MAX) memset(p.locked, 1, tl_mesh_vert_count(mesh));
         p.opts.locked = p.locked;
         tl_mesh_destroy(*out);
