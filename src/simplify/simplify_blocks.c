@@ -6,8 +6,9 @@
  * is met. */
 #include "simplify/simplify_order.h"
 
-/* Vertices of a block: small enough for a cache of some MiB, large enough that most are inside. */
-static const size_t BLOCK_VERTS = 12000;
+/* Vertices of a block: few enough for a cache of some MiB, enough that most are inside; where the
+ * mesh is small, as many blocks as keep some threads busy, down to the smaller size. */
+static const size_t BLOCK_VERTS = 12000, BLOCK_VERTS_LEAST = 4000, BLOCKS_WANTED = 10;
 /* A round aims at this part of the tets, as long as the target is farther. */
 static const double ROUND_SHARE = 0.15;
 /* What is left of the way to the target for the last queue. */
@@ -100,11 +101,18 @@ static tl_status tell_logs(const tli_work *w, tli_log *logs, size_t count, tl_st
     return st;
 }
 
+static size_t block_size(size_t verts)
+{
+    size_t size = verts / BLOCKS_WANTED;
+    if (size < BLOCK_VERTS_LEAST) size = BLOCK_VERTS_LEAST;
+    return size > BLOCK_VERTS ? BLOCK_VERTS : size;
+}
+
 static tl_status one_round(tli_work *w, tli_hand **hands, tli_pool *pool, tl_lidx *verts,
                            unsigned round, double cost_max)
 {
     size_t *vert_starts = NULL, blocks = 0, count = tli_work_list_live(w, verts);
-    tl_status st = tli_partition(w, verts, count, BLOCK_VERTS, round, &vert_starts, &blocks);
+    tl_status st = tli_partition(w, verts, count, block_size(count), round, &vert_starts, &blocks);
     if (!st && round) st = tli_pool_deal(w, pool, blocks);
     tli_pool next = {NULL, blocks + 1};
     next.lists = tl_mem_zalloc(w->ctx, blocks + 1, sizeof *next.lists, &st);
@@ -151,7 +159,7 @@ tl_status tli_order_blocks(tli_work *w, size_t target)
     tl_lidx *verts = tl_mem_alloc(w->ctx, w->verts_live, sizeof *verts, &st);
     tli_hand **hands = tl_mem_zalloc(w->ctx, w->bank_count, sizeof *hands, &st);
     for (unsigned i = 0; !st && i < w->bank_count; i++) st = tli_hand_create(w, i, &hands[i]);
-    if (!st && w->verts_live > BLOCK_VERTS) st = all_rounds(w, hands, verts, target);
+    if (!st && w->verts_live > 2 * BLOCK_VERTS_LEAST) st = all_rounds(w, hands, verts, target);
     for (unsigned i = 0; hands && i < w->bank_count; i++) tli_hand_destroy(hands[i]);
     tl_mem_free(w->ctx, hands);
     tl_mem_free(w->ctx, verts);
