@@ -8,7 +8,7 @@
 
 /* Vertices of a block: few enough for a cache of some MiB, enough that most are inside; where the
  * mesh is small, as many blocks as keep some threads busy, down to the smaller size. */
-static const size_t BLOCK_VERTS = 12000, BLOCK_VERTS_LEAST = 4000, BLOCKS_WANTED = 10;
+static const size_t BLOCK_VERTS = 12000, BLOCK_VERTS_LEAST = 8000, BLOCKS_WANTED = 10;
 /* A round aims at this part of the tets, as long as the target is farther. */
 static const double ROUND_SHARE = 0.15;
 /* What is left of the way to the target for the last queue. */
