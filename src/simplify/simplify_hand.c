@@ -35,7 +35,7 @@ static tl_status wait(tl_ctx *ctx, tli_edges *edges, tli_edge edge)
 {
     tl_status st = TL_OK;
     if (edges->count == edges->capacity) {
-        edges->capacity = edges->capacity ? edges->capacity / 4 * 5 : 512;
+        edges->capacity += edges->capacity / 4 + 512;
         edges->edges = tl_mem_resize(ctx, edges->edges, edges->capacity, sizeof *edges->edges, &st);
         if (st) return st;
     }

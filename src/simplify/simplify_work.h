@@ -73,7 +73,7 @@ typedef struct tli_vertex {
     tli_star star;
     uint32_t version; /* counts the collapses into the vertex, so that old queue entries show */
     uint16_t mark;    /* 0 outside of a collapse attempt */
-    uint16_t block;   /* block that may change the vertex; 0: none */
+    uint16_t block;   /* block that may change the vertex; with 4.1.1: not 0 once it took part */
     tl_lidx origin;   /* index in the input */
     tl_lidx merged;   /* vertex this one went into; itself while it lives; TL_NONE if of no tet */
     float surface_bound; /* distance between the faces at this vertex and the input's, mesh units */
@@ -107,7 +107,7 @@ typedef struct tli_work {
     size_t sharp_count;
 
     size_t components;     /* of all steering channels together */
-    size_t quadric_floats; /* stride of quadrics, a multiple of 4 */
+    size_t quadric_floats; /* stride of quadrics, a multiple of 16: whole cache lines */
     double scale;          /* 1 / diagonal */
     double centre[3];      /* of the bounding box, mesh units */
     double rounding;       /* mesh units: surface moves below it are rounding of coordinates */
