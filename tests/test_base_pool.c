@@ -243,13 +243,54 @@ static void test_log_from_workers(void **state)
     tl_ctx_destroy(ctx);
 }
 
+/* Each item works in a fork: nested tli_parallel, memory under the parent's budget, messages. */
+static tl_status work_in_fork(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    (void)worker;
+    work *w = arg;
+    tl_status st = TL_OK;
+    for (size_t i = begin; i < end && !st; i++) {
+        tl_ctx *fork = NULL;
+        st = tli_ctx_fork(w->ctx, &fork);
+        if (st) break;
+        work inner = {.ctx = fork, .visits = w->visits + i * 10, .item_count = 10, .grain = 3};
+        inner.fail_from = w->fail_from == i ? 4 : SIZE_MAX;
+        void *block = tl_mem_alloc(fork, 1000, 1, &st);
+        if (!st) st = tli_parallel(fork, 10, 3, visit, &inner);
+        if (tl_ctx_current_bytes(w->ctx) < 1000 || atomic_load(&inner.errors)) w->errors++;
+        tl_mem_free(fork, block);
+        st = tli_ctx_join(w->ctx, fork, st);
+    }
+    return st;
+}
+
+static void test_forks_work_inside(void **state)
+{
+    (void)state;
+    static atomic_uint visits[1000];
+    for (size_t t = 0; t < THREAD_COUNTS; t++) {
+        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        memset(visits, 0, sizeof visits);
+        work w = {.ctx = ctx, .visits = visits, .fail_from = SIZE_MAX};
+        CHECK_STATUS(tli_parallel(ctx, 100, 1, work_in_fork, &w), TL_OK);
+        for (size_t i = 0; i < 1000; i++) CHECK_EQ(visits[i], 1);
+        w.fail_from = 57;
+        CHECK_STATUS(tli_parallel(ctx, 100, 1, work_in_fork, &w), TL_ERR_DATA);
+        CHECK(!strcmp(tl_ctx_message(ctx), "item 4\nin piece 1"));
+        CHECK_EQ(w.errors, 0);
+        CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+        CHECK(tl_ctx_peak_bytes(ctx) >= 1000);
+        tl_ctx_destroy(ctx);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_each_item_once),       cmocka_unit_test(test_failure_is_repeatable),
-        cmocka_unit_test(test_failure_ends_the_job), cmocka_unit_test(test_cancel_between_phases),
-        cmocka_unit_test(test_many_short_jobs),      cmocka_unit_test(test_threads_run_together),
-        cmocka_unit_test(test_log_from_workers),
+        cmocka_unit_test(test_each_item_once),        cmocka_unit_test(test_forks_work_inside),
+        cmocka_unit_test(test_failure_is_repeatable), cmocka_unit_test(test_failure_ends_the_job),
+        cmocka_unit_test(test_cancel_between_phases), cmocka_unit_test(test_many_short_jobs),
+        cmocka_unit_test(test_threads_run_together),  cmocka_unit_test(test_log_from_workers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

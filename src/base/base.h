@@ -46,6 +46,14 @@ typedef tl_status (*tli_range_fn)(void *arg, size_t begin, size_t end, unsigned 
  * of the failed piece with the lowest index is returned. Not to be nested. */
 tl_status tli_parallel(tl_ctx *ctx, size_t item_count, size_t grain, tli_range_fn fn, void *arg);
 
+/* A context of one thread for a worker of the pool, so that what runs there may call whatever takes
+ * a context: it shares memory, budget, peak and log of ctx, has messages of its own and no
+ * progress. Made and ended on the thread that uses it, or outside of tli_parallel. Gives *fork. */
+tl_status tli_ctx_fork(tl_ctx *ctx, tl_ctx **fork);
+/* Ends a fork (NULL is allowed). If status is a failure the message of the fork becomes that of the
+ * calling thread in ctx. Returns status. */
+tl_status tli_ctx_join(tl_ctx *ctx, tl_ctx *fork, tl_status status);
+
 /* Monotonic time in seconds. */
 double tli_clock_s(void);
 

@@ -71,7 +71,7 @@ tl_status tl_ctx_create(const tl_ctx_opts *opts, tl_ctx **ctx)
     size_t bytes = sizeof(tl_ctx) + o.thread_count * sizeof(tli_message);
     tl_ctx *c = o.resize(o.user, NULL, 0, bytes);
     if (!c) return TL_ERR_MEMORY;
-    *c = (tl_ctx){.opts = o, .own_bytes = bytes, .thread_count = o.thread_count};
+    *c = (tl_ctx){.opts = o, .root = c, .own_bytes = bytes, .thread_count = o.thread_count};
     for (unsigned i = 0; i < c->thread_count; i++) {
         c->messages[i].length = 0;
         c->messages[i].text[0] = 0;
@@ -162,6 +162,28 @@ static tli_message *own_message(tl_ctx *ctx)
     return &ctx->messages[tli_pool_self(ctx->pool)];
 }
 
+tl_status tli_ctx_fork(tl_ctx *ctx, tl_ctx **fork)
+{
+    tl_status st = TL_OK;
+    size_t bytes = sizeof(tl_ctx) + sizeof(tli_message);
+    tl_ctx *c = tl_mem_zalloc(ctx, bytes, 1, &st);
+    *fork = c;
+    if (st) return st;
+    c->opts = ctx->opts;
+    c->opts.progress = NULL;
+    c->root = ctx->root;
+    c->own_bytes = bytes;
+    c->thread_count = 1;
+    return TL_OK;
+}
+
+tl_status tli_ctx_join(tl_ctx *ctx, tl_ctx *fork, tl_status status)
+{
+    if (fork && status) *own_message(ctx) = fork->messages[0];
+    tl_mem_free(ctx, fork);
+    return status;
+}
+
 tl_status tl_fail(tl_ctx *ctx, tl_status status, const char *format, ...)
 {
     tli_message *message = own_message(ctx);
@@ -212,9 +234,9 @@ void tl_log(tl_ctx *ctx, tl_log_level level, const char *format, ...)
     va_end(args);
     if (wanted < 0) return;
     make_printable(line);
-    pthread_mutex_lock(&ctx->log_mutex);
+    pthread_mutex_lock(&ctx->root->log_mutex);
     ctx->opts.log(ctx->opts.user, level, line);
-    pthread_mutex_unlock(&ctx->log_mutex);
+    pthread_mutex_unlock(&ctx->root->log_mutex);
 }
 
 tl_status tl_progress(tl_ctx *ctx, const char *stage, uint64_t done, uint64_t total)

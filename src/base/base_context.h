@@ -20,6 +20,7 @@ typedef struct tli_pool tli_pool;
 
 struct tl_ctx {
     tl_ctx_opts opts; /* resize is never NULL */
+    tl_ctx *root;     /* whose memory is counted and whose log is written: itself but for a fork */
     size_t own_bytes; /* of this block; not counted in current_bytes */
     atomic_size_t current_bytes, peak_bytes;
     pthread_mutex_t log_mutex;

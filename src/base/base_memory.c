@@ -30,17 +30,18 @@ void *tli_resize_default(void *user, void *block, size_t old_bytes, size_t new_b
 
 size_t tl_ctx_current_bytes(const tl_ctx *ctx)
 {
-    return atomic_load_explicit(&ctx->current_bytes, memory_order_relaxed);
+    return atomic_load_explicit(&ctx->root->current_bytes, memory_order_relaxed);
 }
 
 size_t tl_ctx_peak_bytes(const tl_ctx *ctx)
 {
-    return atomic_load_explicit(&ctx->peak_bytes, memory_order_relaxed);
+    return atomic_load_explicit(&ctx->root->peak_bytes, memory_order_relaxed);
 }
 
 void tl_ctx_reset_peak(tl_ctx *ctx)
 {
-    atomic_store(&ctx->peak_bytes, atomic_load(&ctx->current_bytes));
+    tl_ctx *root = ctx->root;
+    if (ctx == root) atomic_store(&root->peak_bytes, atomic_load(&root->current_bytes));
 }
 
 /* ---- accounting ---- */
@@ -48,19 +49,20 @@ void tl_ctx_reset_peak(tl_ctx *ctx)
 /* Takes bytes from the budget, or fails and takes nothing. */
 static tl_status reserve(tl_ctx *ctx, size_t bytes)
 {
-    size_t budget = ctx->opts.budget_bytes ? ctx->opts.budget_bytes : SIZE_MAX;
-    size_t now = atomic_load_explicit(&ctx->current_bytes, memory_order_relaxed);
+    tl_ctx *root = ctx->root;
+    size_t budget = root->opts.budget_bytes ? root->opts.budget_bytes : SIZE_MAX;
+    size_t now = atomic_load_explicit(&root->current_bytes, memory_order_relaxed);
     do {
         if (now > budget || bytes > budget - now)
             return tl_fail(ctx, TL_ERR_BUDGET,
                            "%zu bytes wanted, but %zu of the budget of %zu bytes are in use", bytes,
                            now, budget);
-    } while (!atomic_compare_exchange_weak_explicit(&ctx->current_bytes, &now, now + bytes,
+    } while (!atomic_compare_exchange_weak_explicit(&root->current_bytes, &now, now + bytes,
                                                     memory_order_relaxed, memory_order_relaxed));
     now += bytes;
-    size_t peak = atomic_load_explicit(&ctx->peak_bytes, memory_order_relaxed);
+    size_t peak = atomic_load_explicit(&root->peak_bytes, memory_order_relaxed);
     while (now > peak &&
-           !atomic_compare_exchange_weak_explicit(&ctx->peak_bytes, &peak, now,
+           !atomic_compare_exchange_weak_explicit(&root->peak_bytes, &peak, now,
                                                   memory_order_relaxed, memory_order_relaxed))
         continue;
     return TL_OK;
@@ -68,7 +70,7 @@ static tl_status reserve(tl_ctx *ctx, size_t bytes)
 
 static void give_back(tl_ctx *ctx, size_t bytes)
 {
-    atomic_fetch_sub_explicit(&ctx->current_bytes, bytes, memory_order_relaxed);
+    atomic_fetch_sub_explicit(&ctx->root->current_bytes, bytes, memory_order_relaxed);
 }
 
 static tl_status fail_memory(tl_ctx *ctx, size_t bytes)
