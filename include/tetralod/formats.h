@@ -9,6 +9,9 @@
 extern "C" {
 #endif
 
+/* The last step of a series. */
+#define TL_STEP_LAST UINT64_MAX
+
 /* How a file is read, and what is done with values that it marks as missing. */
 typedef struct tl_read_opts {
     size_t struct_bytes;  /* size of this struct, set by tl_read_opts_defaults */
@@ -26,8 +29,17 @@ typedef struct tl_read_opts {
      * counts too */
     double fill_value;
     bool keep_fill;     /* default false; true: fill values become NaN and their tets stay */
-    const char *region; /* name of the cell array that holds the regions; NULL: the first called
+    const char *region; /* name of the cell array that holds the regions; NULL: blocks, zones and
+                           entities of the file where it has them, else the first array called
                            region, material or block (any case). borrowed */
+    uint64_t step;      /* of a series: the step that is read, 0 (default) .. count - 1 or
+                           TL_STEP_LAST. tl_read_steps says which there are */
+    bool has_time;      /* default false; true: the step nearest to time, of two the earlier */
+    double time;        /* in the unit of the file */
+    bool weld;          /* default false; true: points at most weld_distance apart become one, with
+                           the values of the first, before cells are split: blocks that were written
+                           apart are joined */
+    double weld_distance; /* mesh units, >= 0; 0 (default): the same place exactly */
 } tl_read_opts;
 TL_API tl_read_opts tl_read_opts_defaults(void);
 
@@ -78,6 +90,42 @@ typedef struct tl_read_report {
  * range, TL_ERR_DATA for a region array that is not there or holds no ids, TL_ERR_CANCELLED. */
 TL_API tl_status tl_mesh_read(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
                               tl_mesh **mesh, tl_read_report *report);
+
+/* What happens to the mesh of a series from step to step. */
+typedef enum tl_steps_mesh {
+    TL_STEPS_STATIC = 0, /* the same points and cells in all steps */
+    TL_STEPS_MOVING,     /* the same cells, other positions */
+    TL_STEPS_CHANGING    /* other cells, or not known */
+} tl_steps_mesh;
+
+/* The steps of a series. A file without steps has one. */
+typedef struct tl_steps {
+    size_t count;  /* at least 1 */
+    double *times; /* [count] in the unit of the file, NaN where it has none; a block of
+                      tl_mem_alloc */
+    tl_steps_mesh mesh;
+} tl_steps;
+
+/* Lists the steps of a file without reading its values. opts may be NULL; raw_dims and solution
+ * matter only. Gives *steps, which tl_steps_release frees; empty on failure. Statuses as of
+ * tl_mesh_read. */
+TL_API tl_status tl_read_steps(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
+                               tl_steps *steps);
+/* Frees what tl_read_steps gave, with the same context. An empty one is allowed. */
+TL_API void tl_steps_release(tl_ctx *ctx, tl_steps *steps);
+
+/* A format this library knows. All strings live as long as the library. */
+typedef struct tl_format {
+    const char *name;    /* "Exodus II" */
+    const char *about;   /* one line */
+    const char *endings; /* usual endings of names, ".exo .e", "" when there are none */
+    const char *package; /* Debian package of the library it needs, NULL if it needs none */
+    bool reads, writes;  /* in this build */
+    bool series;         /* a file can hold several steps */
+} tl_format;
+
+/* Format index of the list of all, by name; NULL past the last. */
+TL_API const tl_format *tl_format_get(size_t index);
 
 /* How a mesh is written. */
 typedef struct tl_write_opts {

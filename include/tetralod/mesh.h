@@ -80,6 +80,23 @@ TL_API tl_status tl_mesh_adopt_channel(tl_mesh *mesh, const tl_channel *channel)
 /* Sets region ids [tet_count] while the mesh is still its builder's alone; copies; NULL takes them
  * away. */
 TL_API tl_status tl_mesh_set_regions(tl_mesh *mesh, const int32_t *regions);
+/* Names a region, or gives it another name, while the mesh is still its builder's alone; copies. An
+ * empty name or NULL takes it away. */
+TL_API tl_status tl_mesh_set_region_name(tl_mesh *mesh, int32_t region, const char *name);
+
+/* A named surface: side set, boundary condition, physical group. name and faces borrow from the
+ * mesh. Faces may lie inside the mesh, and in several surfaces. */
+typedef struct tl_label {
+    const char *name; /* "" when the file has none */
+    int32_t id;       /* of the file */
+    size_t face_count;
+    const tl_lidx *faces; /* [face_count] 4 * tet + face, ascending, each once */
+} tl_label;
+
+/* Adds a label while the mesh is still its builder's alone; copies. TL_ERR_ARG for a face that is
+ * none of the mesh or stands before a smaller one (the message names it). */
+TL_API tl_status tl_mesh_add_label(tl_mesh *mesh, const tl_label *label);
+
 /* Sets the time value of the data, in the file's unit; NaN (the default) when there is none. */
 TL_API void tl_mesh_set_time(tl_mesh *mesh, double time);
 
@@ -94,6 +111,12 @@ TL_API const double *tl_mesh_xyz(const tl_mesh *mesh);
 TL_API const tl_lidx *tl_mesh_tets(const tl_mesh *mesh);
 /* [tet_count] or NULL, borrowed. */
 TL_API const int32_t *tl_mesh_regions(const tl_mesh *mesh);
+/* Name of a region, NULL if it has none. Borrowed, until another is named. */
+TL_API const char *tl_mesh_region_name(const tl_mesh *mesh, int32_t region);
+/* Labels in the order in which they were added. */
+TL_API size_t tl_mesh_label_count(const tl_mesh *mesh);
+/* index < label count. Borrowed from the mesh, until a label is added. */
+TL_API const tl_label *tl_mesh_label(const tl_mesh *mesh, size_t index);
 /* As set with tl_mesh_set_time. */
 TL_API double tl_mesh_time(const tl_mesh *mesh);
 /* Channels on vertices and tets together, in the order in which they were added. */

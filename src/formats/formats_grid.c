@@ -32,6 +32,18 @@ void tli_grid_release(tli_grid *grid)
     tl_ctx *ctx = grid->ctx;
     arrays_release(ctx, grid->cell_arrays, grid->cell_array_count);
     arrays_release(ctx, grid->point_arrays, grid->point_array_count);
+    for (uint32_t i = 0; i < grid->label_count; i++) {
+        tl_mem_free(ctx, grid->labels[i].name);
+        tl_mem_free(ctx, grid->labels[i].offsets);
+        tl_mem_free(ctx, grid->labels[i].points);
+    }
+    for (uint32_t i = 0; i < grid->region_name_count; i++)
+        tl_mem_free(ctx, grid->region_names[i].name);
+    tl_mem_free(ctx, grid->labels);
+    tl_mem_free(ctx, grid->region_names);
+    tl_mem_free(ctx, grid->regions);
+    tl_mem_free(ctx, grid->face_points);
+    tl_mem_free(ctx, grid->face_offsets);
     tl_mem_free(ctx, grid->connectivity);
     tl_mem_free(ctx, grid->offsets);
     tl_mem_free(ctx, grid->types);
@@ -89,6 +101,63 @@ tl_status tli_grid_add(tli_grid *grid, tl_on on, const char *name, uint32_t comp
                               .values = own_values};
     if (array) *array = added;
     return TL_OK;
+}
+
+/* ---- names ---- */
+
+tl_status tli_grid_name_region(tli_grid *grid, int32_t id, const char *name)
+{
+    tl_status st = TL_OK;
+    if (!name || !*name) return TL_OK;
+    for (uint32_t i = 0; i < grid->region_name_count; i++)
+        if (grid->region_names[i].id == id) return TL_OK;
+    grid->region_names =
+        tl_mem_resize(grid->ctx, grid->region_names, (size_t)grid->region_name_count + 1,
+                      sizeof *grid->region_names, &st);
+    char *own = tli_strdup(grid->ctx, name, &st);
+    if (!st) grid->region_names[grid->region_name_count++] = (tli_grid_name){id, own};
+    return st;
+}
+
+/* Puts the faces of a label behind those of another of the same name. */
+static tl_status grow_label(tl_ctx *ctx, tli_grid_label *label, uint64_t face_count,
+                            const uint64_t *offsets, const uint32_t *points)
+{
+    tl_status st = TL_OK;
+    size_t faces = (size_t)label->face_count, used = (size_t)label->offsets[faces];
+    size_t more = (size_t)(offsets[face_count] - offsets[0]);
+    label->offsets =
+        tl_mem_resize(ctx, label->offsets, faces + (size_t)face_count + 1, sizeof *offsets, &st);
+    label->points = tl_mem_resize(ctx, label->points, used + more, sizeof *points, &st);
+    if (st) return st;
+    if (more) memcpy(label->points + used, points + offsets[0], more * sizeof *points);
+    for (uint64_t f = 0; f < face_count; f++)
+        label->offsets[faces + f + 1] = used + (offsets[f + 1] - offsets[0]);
+    label->face_count += face_count;
+    return TL_OK;
+}
+
+tl_status tli_grid_add_label(tli_grid *grid, const char *name, int32_t id, uint64_t face_count,
+                             uint64_t *offsets, uint32_t *points)
+{
+    tl_ctx *ctx = grid->ctx;
+    tl_status st = TL_OK;
+    if (!name) name = "";
+    for (uint32_t i = 0; i < grid->label_count; i++) {
+        tli_grid_label *label = &grid->labels[i];
+        if (label->id != id || strcmp(label->name, name) != 0) continue;
+        st = grow_label(ctx, label, face_count, offsets, points);
+        if (st) return st;
+        tl_mem_free(ctx, offsets);
+        tl_mem_free(ctx, points);
+        return TL_OK;
+    }
+    grid->labels =
+        tl_mem_resize(ctx, grid->labels, (size_t)grid->label_count + 1, sizeof *grid->labels, &st);
+    char *own = tli_strdup(ctx, name, &st);
+    if (!st)
+        grid->labels[grid->label_count++] = (tli_grid_label){own, id, face_count, offsets, points};
+    return st;
 }
 
 /* ---- widening ---- */

@@ -24,6 +24,22 @@ typedef struct tli_grid_block {
     uint32_t dims[3];
 } tli_grid_block;
 
+/* The name of a region. */
+typedef struct tli_grid_name {
+    int32_t id;
+    char *name; /* owned */
+} tli_grid_name;
+
+/* A named surface: side set, boundary condition, physical group. Its faces are polygons of corners,
+ * in any direction; corners of quadratic faces only. */
+typedef struct tli_grid_label {
+    char *name; /* owned, "" when there is none */
+    int32_t id;
+    uint64_t face_count;
+    uint64_t *offsets; /* [face_count + 1] into points, owned */
+    uint32_t *points;  /* point ids, each below point_count: checked by the reader; owned */
+} tli_grid_label;
+
 typedef struct tli_grid {
     tl_ctx *ctx;
     uint64_t point_count;
@@ -39,7 +55,21 @@ typedef struct tli_grid {
     uint64_t cell_count;
     uint8_t *types;         /* [cell_count] VTK cell types */
     uint64_t *offsets;      /* [cell_count + 1] into connectivity */
-    uint32_t *connectivity; /* point ids, each below point_count: checked by the reader */
+    uint32_t *connectivity; /* point ids, each below point_count: checked by the reader; of a
+                               polyhedron (type 42) ids of its faces, each below face_count */
+
+    /* Faces of polyhedra, each stored once, or once a cell; their corners in either direction. */
+    uint64_t face_count;
+    uint64_t *face_offsets; /* [face_count + 1] into face_points */
+    uint32_t *face_points;  /* point ids, each below point_count: checked by the reader */
+
+    /* Block, zone, material or entity of each cell; NULL: none. In front of any array that is named
+     * like a region, behind the one that the user names. */
+    int32_t *regions; /* [number of cells] */
+    tli_grid_name *region_names;
+    uint32_t region_name_count;
+    tli_grid_label *labels;
+    uint32_t label_count;
 
     tli_grid_array *point_arrays; /* count == point_count each: checked by the reader */
     uint32_t point_array_count;
@@ -62,13 +92,40 @@ uint64_t tli_grid_cell_count(const tli_grid *grid);
 void tli_widen(const void *bytes, tl_scalar scalar, bool big_endian, uint64_t count,
                double *values);
 
+/* Names a region; copies. An id that has a name keeps it. "" and NULL name nothing. */
+tl_status tli_grid_name_region(tli_grid *grid, int32_t id, const char *name);
+/* Adds a label; takes over offsets and points on success, copies name. A label of the same name and
+ * id grows instead. */
+tl_status tli_grid_add_label(tli_grid *grid, const char *name, int32_t id, uint64_t face_count,
+                             uint64_t *offsets, uint32_t *points);
+
+/* The rest of this part: formats_grid_join.c. */
+/* How a grid is added to another. */
+typedef struct tli_join {
+    bool is_block;    /* its cells get the region below, unless they have regions of their own */
+    int32_t region;   /* of the block */
+    const char *name; /* of the block; NULL: none */
+} tli_join;
+/* Moves everything of from, which is left empty, behind what into holds: an empty into takes from
+ * as it is. Arrays are the same where name and number of components are; where one side lacks an
+ * array its values are NaN. Structured blocks stay such when both sides are structured, else they
+ * become lists. how may be NULL: a piece of the same mesh. */
+tl_status tli_grid_join(tli_grid *into, tli_grid *from, const tli_join *how);
+/* Structured blocks become lists of cells, in the same order. */
+tl_status tli_grid_unstructure(tli_grid *grid);
+/* Points at most distance apart become one, the one of the smallest index: in cells, faces and
+ * labels; points that nothing names stay. *welded receives the number of points that became
+ * another. Structured blocks become lists. formats_weld.c */
+tl_status tli_grid_weld(tli_grid *grid, double distance, uint64_t *welded);
+
 /* Grid to mesh: drops ghosts (vtkGhostType) and blanks, splits cells, turns tets, picks the region,
  * leaves unused points out, fills report. grid is emptied on the way. formats_tets.c */
 tl_status tli_grid_to_mesh(tli_grid *grid, const tl_read_opts *opts, tl_mesh **mesh,
                            tl_read_report *report);
 
-/* The readers. map holds the whole file; path is for messages and neighbours. Each fills an empty
- * grid; on failure the caller releases it. */
+/* The readers of single files. map holds the whole file; path is for messages and neighbours. Each
+ * fills an empty grid; on failure the caller releases it. The table of all readers, and how to add
+ * one: formats_reader.h. */
 tl_status tli_read_vtk_xml(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid);
 tl_status tli_read_vtk_legacy(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid);
 tl_status tli_read_plot3d(tl_ctx *ctx, const tli_map *map, const char *path,

@@ -1,260 +1,254 @@
-/* The one door in: tells what a file is by its first bytes, then by its name, has its reader fill a
- * grid and turns the grid into tets. Formats that are known but not read here are refused by name.
+/* The one door in: tells what a source is by its first bytes, then by its name, has its reader fill
+ * a grid and turns the grid into tets. Formats that are known but not read here are refused by
+ * name.
  */
-#include "formats/formats_grid.h"
+#include "formats/formats_reader.h"
 
-#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 
-/* Bytes at the start of a file that tell its kind. */
-#define HEAD_BYTES 4096
+/* ---- sources ---- */
 
-#define READS                                                                                      \
-    "this build reads VTU, VTI, VTR, VTS, legacy VTK, PLOT3D and raw volumes (with "               \
-    "dimensions given)"
-
-typedef enum file_kind {
-    FILE_UNKNOWN = 0,
-    FILE_VTK_XML,
-    FILE_VTK_LEGACY,
-    FILE_FOREIGN /* known, not read */
-} file_kind;
-
-/* ---- by the bytes ---- */
-
-typedef struct magic {
-    const char *bytes;
-    size_t byte_count;
-    const char *name; /* of a foreign format */
-} magic;
-#define MAGIC(text, name)                                                                          \
-    {                                                                                              \
-        text, sizeof text - 1, name                                                                \
-    }
-
-/* Formats that begin with fixed bytes. */
-static const magic magics[] = {
-    MAGIC("CDF\001", "Exodus II or another netCDF file"),
-    MAGIC("CDF\002", "Exodus II or another netCDF file"),
-    MAGIC("CDF\005", "Exodus II or another netCDF file"),
-    MAGIC("@(#)ADF Database", "CGNS (ADF)"),
-    MAGIC("$MeshFormat", "Gmsh MSH"),
-    MAGIC("$NOD", "Gmsh MSH 1"),
-    MAGIC("MeshVersionFormatted", "Medit mesh"),
-    MAGIC("NRRD000", "NRRD"),
-    MAGIC("#INRIMAGE", "Inrimage"),
-    MAGIC("ply\n", "PLY"),
-    MAGIC("ply\r", "PLY"),
-    MAGIC("C Binary", "EnSight Gold geometry"),
-    MAGIC("#!TDV", "Tecplot binary"),
-    MAGIC("\x1f\x8b", "gzip: unpack it first"),
-    MAGIC("PK\003\004", "zip: unpack it first"),
-    MAGIC("\xfd"
-          "7zXZ",
-          "xz: unpack it first"),
-    MAGIC("BZh", "bzip2: unpack it first"),
-    MAGIC("(\xb5/\xfd", "zstd: unpack it first"),
-};
-
-/* Text that stands somewhere in the head. */
-static const magic words[] = {
-    MAGIC("<Xdmf", "XDMF"),
-    MAGIC("FoamFile", "OpenFOAM"),
-    MAGIC("ObjectType = Image", "MetaImage"),
-    MAGIC("type: ensight", "EnSight case"),
-    MAGIC("type:\tensight", "EnSight case"),
-};
-
-/* Types of <VTKFile type="..."> that are no single data set, or none that holds volume cells. */
-static const char *const xml_types_not_read[] = {
-    "PUnstructuredGrid",
-    "PImageData",
-    "PRectilinearGrid",
-    "PStructuredGrid",
-    "PPolyData",
-    "Collection",
-    "vtkMultiBlockDataSet",
-    "vtkHierarchicalBoxDataSet",
-    "vtkOverlappingAMR",
-    "HyperTreeGrid",
-    "Table",
-    "PTable",
-    "PolyData",
-};
-
-/* Endings of names that mean a format, where the bytes do not tell. */
-static const struct {
-    const char *ending, *name;
-} endings[] = {
-    {".cgns", "CGNS"},
-    {".exo", "Exodus II"},
-    {".ex2", "Exodus II"},
-    {".e", "Exodus II"},
-    {".exii", "Exodus II"},
-    {".vtkhdf", "VTKHDF"},
-    {".case", "EnSight case"},
-    {".node", "TetGen"},
-    {".ele", "TetGen"},
-    {".msh", "Gmsh or Fluent MSH"},
-    {".mesh", "Medit mesh"},
-    {".xdmf", "XDMF"},
-    {".xmf", "XDMF"},
-    {".foam", "OpenFOAM"},
-    {".stl", "STL, a surface"},
-    {".obj", "OBJ, a surface"},
-    {".inp", "Abaqus or AVS UCD"},
-    {".nii", "NIfTI"},
-    {".slc", "SLC volume"},
-    {".cube", "Gaussian cube"},
-    {".mha", "MetaImage"},
-    {".mhd", "MetaImage"},
-    {".dat", "Tecplot"},
-    {".plt", "Tecplot"},
-    {".cas", "Fluent case"},
-    {".raw", "raw volume without given dimensions"},
-    {".tlod", "tetralod model"},
-};
-
-static const char *name_by_ending(const char *path)
+bool tli_head_begins(const tli_source *source, const char *text)
 {
-    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++)
-        if (tli_path_ends(path, endings[i].ending)) return endings[i].name;
-    return NULL;
+    return strncmp(source->head, text, strlen(text)) == 0;
 }
 
-/* The type attribute of a VTKFile element, or "" where it can't be seen in the head. */
-static void xml_type(const char *head, char type[40])
+bool tli_ends_in(const char *path, const char *endings)
 {
-    type[0] = '\0';
-    const char *at = strstr(head, "<VTKFile");
-    const char *end = at ? strchr(at, '>') : NULL;
-    while (at && (at = strstr(at, "type")) && (!end || at < end)) {
-        char before = at[-1];
-        at += strlen("type");
-        while (isspace((unsigned char)*at)) at++;
-        if (!isspace((unsigned char)before) || *at != '=') continue;
-        at++;
-        while (isspace((unsigned char)*at)) at++;
-        char quote = *at;
-        if (quote != '"' && quote != '\'') continue;
-        size_t length = strcspn(++at, quote == '"' ? "\"" : "'");
-        if (length >= 40) return;
-        memcpy(type, at, length);
-        type[length] = '\0';
-        return;
-    }
-}
-
-static bool is_legacy_vtk(const char *head)
-{
-    static const char start[] = "# vtk datafile version";
-    for (size_t i = 0; i < sizeof start - 1; i++)
-        if (tolower((unsigned char)head[i]) != start[i]) return false;
-    return true;
-}
-
-/* head: the first bytes, ended by 0; zero bytes among them are blanks, so that words are found. */
-static file_kind kind_by_bytes(const char *head, size_t head_bytes, const char *path,
-                               const char **foreign)
-{
-    static char const hdf5[] = "\x89HDF\r\n\x1a\n";
-    if (is_legacy_vtk(head)) return FILE_VTK_LEGACY;
-    for (size_t i = 0; i < sizeof magics / sizeof magics[0]; i++)
-        if (head_bytes >= magics[i].byte_count &&
-            memcmp(head, magics[i].bytes, magics[i].byte_count) == 0) {
-            *foreign = magics[i].name;
-            return FILE_FOREIGN;
+    while (*endings) {
+        char ending[16];
+        size_t length = strcspn(endings, " ");
+        if (length < sizeof ending) {
+            memcpy(ending, endings, length);
+            ending[length] = '\0';
+            if (tli_path_ends(path, ending)) return true;
         }
-    if (head_bytes >= sizeof hdf5 - 1 && memcmp(head, hdf5, sizeof hdf5 - 1) == 0) {
-        const char *by_name = name_by_ending(path);
-        *foreign = by_name ? by_name : "HDF5 (VTKHDF, CGNS, netCDF-4 and others)";
-        return FILE_FOREIGN;
+        endings += length;
+        endings += strspn(endings, " ");
     }
-    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
-        if (strstr(head, words[i].bytes)) {
-            *foreign = words[i].name;
-            return FILE_FOREIGN;
-        }
-    return strstr(head, "<VTKFile") ? FILE_VTK_XML : FILE_UNKNOWN;
+    return false;
 }
+
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+static tl_status source_open(tl_ctx *ctx, const char *path, unsigned depth, tli_source *source)
+{
+    *source = (tli_source){.path = path, .depth = depth, .folder = is_folder(path)};
+    if (source->folder) return TL_OK;
+    tl_status st = tli_map_open(ctx, path, &source->map);
+    if (st) return st;
+    const tli_map *map = &source->map;
+    source->head_bytes =
+        map->byte_count < TLI_HEAD_BYTES ? (size_t)map->byte_count : TLI_HEAD_BYTES;
+    for (size_t i = 0; i < source->head_bytes; i++)
+        source->head[i] = map->bytes[i] ? (char)map->bytes[i] : ' ';
+    return TL_OK;
+}
+
+static void source_close(tl_ctx *ctx, tli_source *source)
+{
+    if (!source->folder) tli_map_close(ctx, &source->map);
+}
+
+/* ---- which reader ---- */
 
 static tl_status refuse(tl_ctx *ctx, const char *path, const char *what)
 {
-    return tl_fail(ctx, TL_ERR_UNSUPPORTED, "'%s': %s; " READS, path, what);
+    char list[512] = "";
+    size_t used = 0;
+    for (size_t i = 0; i < tli_reader_count; i++) {
+        const tl_format *format = &tli_readers[i].format;
+        if (!format->reads) continue;
+        int n = snprintf(list + used, sizeof list - used, "%s%s", used ? ", " : "", format->name);
+        if (n < 0 || (size_t)n >= sizeof list - used) break;
+        used += (size_t)n;
+    }
+    list[used] = '\0';
+    return tl_fail(ctx, TL_ERR_UNSUPPORTED, "'%s': %s; this build reads %s", path, what, list);
 }
 
-/* ---- readers ---- */
-
-static tl_status read_xml(tl_ctx *ctx, const tli_map *map, const char *path, const char *head,
-                          tli_grid *grid)
+static const tli_reader *reader_named(const char *name)
 {
-    char type[40], what[80];
-    xml_type(head, type);
-    for (size_t i = 0; i < sizeof xml_types_not_read / sizeof xml_types_not_read[0]; i++)
-        if (strcmp(type, xml_types_not_read[i]) == 0) {
-            snprintf(what, sizeof what, "a VTK file of type %s", type);
-            return refuse(ctx, path, what);
-        }
-    return tli_read_vtk_xml(ctx, map, path, grid);
+    for (size_t i = 0; i < tli_reader_count; i++)
+        if (strcmp(tli_readers[i].format.name, name) == 0) return &tli_readers[i];
+    return NULL;
 }
 
 /* What begins with no known bytes may be PLOT3D, which has none: its sizes tell. */
-static tl_status read_unknown(tl_ctx *ctx, const tli_map *map, const char *path,
-                              const tl_read_opts *opts, tli_grid *grid)
+static tl_status take_unknown(tl_ctx *ctx, const tli_source *source, const tli_reader **reader)
 {
-    static const char *const read_here[] = {".vtu", ".vti", ".vtr", ".vts", ".vtk"};
-    if (map->byte_count == 0) return tl_fail(ctx, TL_ERR_FORMAT, "'%s': an empty file", path);
-    for (size_t i = 0; i < sizeof read_here / sizeof read_here[0]; i++)
-        if (tli_path_ends(path, read_here[i]))
-            return tl_fail(ctx, TL_ERR_FORMAT, "'%s': starts with neither %s", path,
-                           "'# vtk DataFile Version' nor XML with a VTKFile element");
-    const char *foreign = name_by_ending(path);
+    const char *path = source->path, *foreign = tli_foreign_by_name(path);
+    if (source->folder)
+        return tl_fail(ctx, TL_ERR_IO, "'%s': a folder, and none that a reader knows", path);
+    if (source->map.byte_count == 0)
+        return tl_fail(ctx, TL_ERR_FORMAT, "'%s': an empty file", path);
+    if (strstr(source->head, "<VTKFile")) { /* says what is wrong with it */
+        *reader = reader_named("VTU");
+        return TL_OK;
+    }
+    if (tli_ends_in(path, ".vtu .vti .vtr .vts .vtk"))
+        return tl_fail(ctx, TL_ERR_FORMAT, "'%s': starts with neither %s", path,
+                       "'# vtk DataFile Version' nor XML with a VTKFile element");
     if (foreign) return refuse(ctx, path, foreign);
-    tl_status st = tli_read_plot3d(ctx, map, path, opts, grid);
-    return st ? tl_note(ctx, st, "'%s': tried as PLOT3D, since no other kind is told; " READS, path)
-              : TL_OK;
+    *reader = reader_named("PLOT3D");
+    return TL_OK;
 }
 
-static tl_status read_grid(tl_ctx *ctx, const tli_map *map, const char *path,
-                           const tl_read_opts *opts, tli_grid *grid)
+static tl_status choose_reader(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                               const tli_reader **reader)
 {
-    if (opts->raw_dims[0] || opts->raw_dims[1] || opts->raw_dims[2])
-        return tli_read_raw(ctx, map, path, opts, grid);
-    char head[HEAD_BYTES + 1];
-    size_t head_bytes = map->byte_count < HEAD_BYTES ? (size_t)map->byte_count : HEAD_BYTES;
-    for (size_t i = 0; i < head_bytes; i++) head[i] = map->bytes[i] ? (char)map->bytes[i] : ' ';
-    head[head_bytes] = '\0';
-    const char *foreign = NULL;
-    switch (kind_by_bytes(head, head_bytes, path, &foreign)) {
-    case FILE_VTK_XML: return read_xml(ctx, map, path, head, grid);
-    case FILE_VTK_LEGACY: return tli_read_vtk_legacy(ctx, map, path, grid);
-    case FILE_FOREIGN: return refuse(ctx, path, foreign);
-    case FILE_UNKNOWN: break;
+    tli_match best = TLI_MATCH_NO;
+    *reader = NULL;
+    if (!source->folder && (opts->raw_dims[0] || opts->raw_dims[1] || opts->raw_dims[2])) {
+        *reader = reader_named("raw volume");
+        return TL_OK;
     }
-    return read_unknown(ctx, map, path, opts, grid);
+    for (size_t i = 0; i < tli_reader_count; i++) {
+        tli_match match = tli_readers[i].match(source);
+        if (match > best) *reader = &tli_readers[i];
+        if (match > best) best = match;
+    }
+    const char *foreign = best == TLI_MATCH_BYTES ? NULL : tli_foreign_by_bytes(source);
+    if (foreign) return refuse(ctx, source->path, foreign);
+    if (!*reader) return take_unknown(ctx, source, reader);
+    if ((*reader)->read) return TL_OK;
+    return tl_fail(ctx, TL_ERR_UNSUPPORTED,
+                   "'%s': %s, which this build can't read: it was made without the library (Debian "
+                   "package %s)",
+                   source->path, (*reader)->format.name, (*reader)->format.package);
+}
+
+/* ---- reading ---- */
+
+/* Whoever has no steps has step 0. */
+static tl_status read_one(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                          tli_grid *grid)
+{
+    const tli_reader *reader;
+    size_t step;
+    tl_status st = choose_reader(ctx, source, opts, &reader);
+    if (!st && !reader->steps) {
+        st = tli_steps_pick(ctx, opts, NULL, 1, &step);
+        if (st) return tl_note(ctx, st, "'%s' is no series", source->path);
+    }
+    if (st) return st;
+    st = reader->read(ctx, source, opts, grid);
+    if (st && reader->match(source) == TLI_MATCH_NO && reader == reader_named("PLOT3D"))
+        tl_note(ctx, st, "'%s': tried as PLOT3D, since no other kind is told", source->path);
+    return st;
+}
+
+static tl_status list_steps(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                            tl_steps *steps)
+{
+    const tli_reader *reader;
+    tl_status st = choose_reader(ctx, source, opts, &reader);
+    if (!st)
+        st = reader->steps ? reader->steps(ctx, source, opts, steps)
+                           : tli_steps_alloc(ctx, 1, steps);
+    if (st) tl_steps_release(ctx, steps);
+    return st;
+}
+
+/* A collection that names itself, or others that do, ends here. */
+static tl_status check_depth(tl_ctx *ctx, const tli_source *source, const char *path)
+{
+    if (source->depth < TLI_SOURCE_DEPTH_MAX) return TL_OK;
+    return tl_fail(ctx, TL_ERR_FORMAT, "'%s': names '%s', the %dth file in a chain of files",
+                   source->path, path, TLI_SOURCE_DEPTH_MAX + 1);
+}
+
+tl_status tli_grid_read(tl_ctx *ctx, const tli_source *source, const char *path,
+                        const tl_read_opts *opts, tli_grid *grid)
+{
+    tli_source child;
+    tl_status st = check_depth(ctx, source, path);
+    if (!st) st = source_open(ctx, path, source->depth + 1, &child);
+    if (st) return tl_note(ctx, st, "named by '%s'", source->path);
+    st = read_one(ctx, &child, opts, grid);
+    source_close(ctx, &child);
+    return st ? tl_note(ctx, st, "named by '%s'", source->path) : TL_OK;
+}
+
+tl_status tli_grid_read_steps(tl_ctx *ctx, const tli_source *source, const char *path,
+                              const tl_read_opts *opts, tl_steps *steps)
+{
+    tli_source child;
+    *steps = (tl_steps){0};
+    tl_status st = check_depth(ctx, source, path);
+    if (!st) st = source_open(ctx, path, source->depth + 1, &child);
+    if (st) return tl_note(ctx, st, "named by '%s'", source->path);
+    st = list_steps(ctx, &child, opts, steps);
+    source_close(ctx, &child);
+    return st ? tl_note(ctx, st, "named by '%s'", source->path) : TL_OK;
+}
+
+char *tli_path_beside(tl_ctx *ctx, const char *base, const char *name, tl_status *status)
+{
+    const char *slash = strrchr(base, '/');
+    size_t folder = slash && name[0] != '/' ? (size_t)(slash - base) + 1 : 0;
+    char *path = tl_mem_alloc(ctx, folder + strlen(name) + 1, 1, status);
+    if (*status) return NULL;
+    memcpy(path, base, folder);
+    memcpy(path + folder, name, strlen(name) + 1);
+    return path;
+}
+
+/* ---- the doors ---- */
+
+static tl_status take_opts(tl_ctx *ctx, const tl_read_opts *given, tl_read_opts *opts)
+{
+    *opts = tl_read_opts_defaults();
+    return tli_opts_take(ctx, "tl_read_opts", given, opts, sizeof *opts);
+}
+
+static tl_status weld(tl_ctx *ctx, const tl_read_opts *opts, tli_grid *grid)
+{
+    uint64_t welded = 0;
+    if (!opts->weld) return TL_OK;
+    tl_status st = tli_grid_weld(grid, opts->weld_distance, &welded);
+    if (!st) tl_log(ctx, TL_LOG_INFO, "%llu points welded to others", (unsigned long long)welded);
+    return st;
 }
 
 tl_status tl_mesh_read(tl_ctx *ctx, const char *path, const tl_read_opts *opts, tl_mesh **mesh,
                        tl_read_report *report)
 {
+    tl_read_opts filled;
+    tli_source source;
     *mesh = NULL;
     if (report) *report = (tl_read_report){0};
-    tl_read_opts filled = tl_read_opts_defaults();
-    tl_status st = tli_opts_take(ctx, "tl_read_opts", opts, &filled, sizeof filled);
-    if (st) return st;
-
-    tli_map map;
-    st = tli_map_open(ctx, path, &map);
+    tl_status st = take_opts(ctx, opts, &filled);
+    if (!st) st = source_open(ctx, path, 0, &source);
     if (st) return st;
     tli_grid grid;
     tli_grid_init(ctx, &grid);
-    st = read_grid(ctx, &map, path, &filled, &grid);
-    tli_map_close(ctx, &map);
+    st = read_one(ctx, &source, &filled, &grid);
+    source_close(ctx, &source);
+    if (!st) st = weld(ctx, &filled, &grid);
     if (!st) {
         st = tli_grid_to_mesh(&grid, &filled, mesh, report);
         if (st) tl_note(ctx, st, "while turning '%s' into tets", path);
     }
     tli_grid_release(&grid);
+    return st;
+}
+
+tl_status tl_read_steps(tl_ctx *ctx, const char *path, const tl_read_opts *opts, tl_steps *steps)
+{
+    tl_read_opts filled;
+    tli_source source;
+    *steps = (tl_steps){0};
+    tl_status st = take_opts(ctx, opts, &filled);
+    if (!st) st = source_open(ctx, path, 0, &source);
+    if (st) return st;
+    st = list_steps(ctx, &source, &filled, steps);
+    source_close(ctx, &source);
     return st;
 }

@@ -11,6 +11,8 @@
 
 /* Type of a tetrahedron in VTK's files. */
 #define TLI_VTK_TETRA 10
+/* Type of a polyhedron there. */
+#define TLI_VTK_POLYHEDRON 42
 
 /* How a cell is split; the corners are in VTK's order. */
 typedef enum tli_shape {

@@ -476,7 +476,9 @@ static tl_status leave_unused_out(tli_tets *t)
 static tl_status make_mesh(tli_tets *t, int region_index, tl_mesh **mesh)
 {
     tl_status st = TL_OK;
+    bool own_regions = region_index < 0 && t->grid->regions;
     if (region_index >= 0) st = tli_tets_make_regions(t, region_index);
+    if (own_regions) st = tli_tets_take_regions(t);
     if (!st && t->opts.cell_to_point && t->tet_count) st = tli_tets_average_cells(t, region_index);
     if (!st) st = tl_mesh_adopt(t->ctx, t->grid->xyz, t->vert_count, t->tets, t->tet_count, mesh);
     if (st) return st;
@@ -486,6 +488,9 @@ static tl_status make_mesh(tli_tets *t, int region_index, tl_mesh **mesh)
     if (t->regions) st = tl_mesh_set_regions(*mesh, t->regions);
     tl_mem_free(t->ctx, t->regions);
     t->regions = NULL;
+    for (uint32_t i = 0; own_regions && i < t->grid->region_name_count && !st; i++)
+        st = tl_mesh_set_region_name(*mesh, t->grid->region_names[i].id,
+                                     t->grid->region_names[i].name);
     if (!st) st = tli_tets_hand_over(t, *mesh);
     return st;
 }

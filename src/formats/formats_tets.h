@@ -60,6 +60,8 @@ void tli_tets_report(tli_tets *t);
 tl_status tli_tets_find_region(tli_tets *t, int *index);
 /* Sets t->regions from that array, which stays. */
 tl_status tli_tets_make_regions(tli_tets *t, int index);
+/* Sets t->regions from those of the grid. */
+tl_status tli_tets_take_regions(tli_tets *t);
 /* Cell data to point data, volume-weighted; all cell arrays but the one of the regions. */
 tl_status tli_tets_average_cells(tli_tets *t, int region_index);
 /* Moves all arrays into the mesh. */

@@ -42,6 +42,7 @@ tl_status tli_tets_find_region(tli_tets *t, int *index)
 {
     const tli_grid *grid = t->grid;
     *index = -1;
+    if (grid->regions && !t->opts.region) return TL_OK; /* the file's own */
     for (uint32_t i = 0; i < grid->cell_array_count; i++) {
         const tli_grid_array *array = &grid->cell_arrays[i];
         bool taken = t->opts.region ? strcmp(array->name, t->opts.region) == 0
@@ -80,6 +81,17 @@ tl_status tli_tets_make_regions(tli_tets *t, int index)
         for (unsigned i = 0; i < count; i++) t->regions[tet++] = (int32_t)id;
     }
     return TL_OK;
+}
+
+tl_status tli_tets_take_regions(tli_tets *t)
+{
+    tl_status st = TL_OK;
+    t->regions = tl_mem_alloc(t->ctx, t->tet_count, sizeof *t->regions, &st);
+    size_t tet = 0;
+    for (uint64_t cell = 0; cell < t->cell_count && !st; cell++)
+        for (unsigned i = t->cell_marks[cell] & TLI_CELL_COUNT; i; i--)
+            t->regions[tet++] = t->grid->regions[cell];
+    return st;
 }
 
 /* ---- cell data, a tuple for each tet ---- */

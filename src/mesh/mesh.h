@@ -6,6 +6,12 @@
 #include "base/base.h"
 #include "tetralod/mesh.h"
 
+/* The name of a region. */
+typedef struct tli_region_name {
+    int32_t region;
+    char *name; /* owned */
+} tli_region_name;
+
 struct tl_mesh {
     tl_ctx *ctx;
     size_t vert_count, tet_count;
@@ -14,8 +20,18 @@ struct tl_mesh {
     int32_t *regions;     /* [tet_count] or NULL */
     tl_channel *channels; /* name, unit and values owned */
     size_t channel_count;
+    tl_label *labels; /* name and faces owned */
+    size_t label_count;
+    tli_region_name *region_names;
+    size_t region_name_count;
     double time;
 };
+
+/* Channels and labels hold pointers to const for their readers; the mesh that owns them frees them.
+ */
+void tli_free_const(tl_ctx *ctx, const void *block);
+/* Frees labels and names of regions. mesh_labels.c */
+void tli_mesh_release_labels(tl_mesh *mesh);
 
 /* Corners of the face opposite to corner i, in the order that turns its normal out of a positive
  * tet. */

@@ -125,8 +125,7 @@ tl_status tl_mesh_add_channel(tl_mesh *mesh, const tl_channel *channel)
     return st;
 }
 
-/* The channel holds pointers to const for its readers; the mesh that owns them frees them. */
-static void free_const(tl_ctx *ctx, const void *block)
+void tli_free_const(tl_ctx *ctx, const void *block)
 {
     union {
         const void *in;
@@ -140,11 +139,12 @@ void tl_mesh_destroy(tl_mesh *mesh)
     if (!mesh) return;
     tl_ctx *ctx = mesh->ctx;
     for (size_t i = 0; i < mesh->channel_count; i++) {
-        free_const(ctx, mesh->channels[i].values);
-        free_const(ctx, mesh->channels[i].unit);
-        free_const(ctx, mesh->channels[i].name);
+        tli_free_const(ctx, mesh->channels[i].values);
+        tli_free_const(ctx, mesh->channels[i].unit);
+        tli_free_const(ctx, mesh->channels[i].name);
     }
     tl_mem_free(ctx, mesh->channels);
+    tli_mesh_release_labels(mesh);
     tl_mem_free(ctx, mesh->regions);
     tl_mem_free(ctx, mesh->tets);
     tl_mem_free(ctx, mesh->xyz);
