@@ -143,6 +143,12 @@ TL_API tl_write_opts tl_write_opts_defaults(void);
 TL_API tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                                const tl_write_opts *opts);
 
+/* Writes a collection (.pvd) that names the files of a series: files [count], relative to the
+ * folder of path, times [count] (NaN: the number of the step). TL_ERR_ARG if path does not end in
+ * .pvd; TL_ERR_IO. */
+TL_API tl_status tl_series_write(tl_ctx *ctx, const char *path, const char *const *files,
+                                 const double *times, size_t count);
+
 /* ---- synthetic data ---- */
 
 /* Name of sample index, NULL past the last one; one-line description of a sample, NULL for an

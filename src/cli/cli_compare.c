@@ -7,7 +7,7 @@
 static const cli_option OPTIONS[] = {
     {CLI_ISO, 0, "iso", CLI_TYPE_LIST, "CHANNEL=VALUE", NULL, 0, 0,
      "also the distance between the isosurfaces of a scalar channel at this value"},
-    {CLI_STEP, 0, "step", CLI_TYPE_AMOUNT, "D[%]", "0.25%", 0, 0,
+    {CLI_SPACING, 0, "spacing", CLI_TYPE_AMOUNT, "D[%]", "0.25%", 0, 0,
      "distance of the samples on boundaries and isosurfaces, in percent of the larger diagonal or "
      "as a length; at least 0.01%"},
     {CLI_SKIP_BOUNDARY, 0, "skip-boundary", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
@@ -205,16 +205,16 @@ static tl_status print_pairs(tl_ctx *ctx, const tl_compare_result *result)
 
 static int compare_and_print(cli_session *session, const cli_input pair[2], const iso_list *isos)
 {
-    const cli_value *step = cli_get(session, CLI_STEP);
+    const cli_value *spacing = cli_get(session, CLI_SPACING);
     tl_compare_opts opts = tl_compare_opts_defaults();
     tl_compare_result result = {0};
     opts.isos = isos->requests;
     opts.iso_count = isos->count;
     opts.skip_boundary = cli_get(session, CLI_SKIP_BOUNDARY)->given;
-    if (step->given) /* else the library takes the default, of the larger diagonal */
-        opts.sample_step = step->percent ? step->real * fmax(cli_diagonal(pair[0].mesh),
-                                                             cli_diagonal(pair[1].mesh))
-                                         : step->real;
+    if (spacing->given) /* else the library takes the default, of the larger diagonal */
+        opts.sample_step = spacing->percent ? spacing->real * fmax(cli_diagonal(pair[0].mesh),
+                                                                   cli_diagonal(pair[1].mesh))
+                                            : spacing->real;
     double start = cli_now();
     tl_status st = tl_mesh_compare(session->ctx, pair[0].mesh, pair[1].mesh, &opts, &result);
     double seconds = cli_now() - start;
@@ -244,6 +244,7 @@ static int run(cli_session *session)
     if (exit_status) return exit_status;
     exit_status = check_isos(session, &isos, pair[0].mesh);
     session->args.values[CLI_REGION].text = NULL; /* the copy has its regions where it was told */
+    if (!exit_status) exit_status = cli_step_if_series(session, session->args.operands[1]);
     if (!exit_status)
         exit_status = cli_open_volume(session, session->ctx, session->args.operands[1], &pair[1]);
     if (!exit_status) {

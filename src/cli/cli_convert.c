@@ -24,6 +24,7 @@ static int run(cli_session *session)
     cli_input input;
     uint64_t bytes = 0;
     double seconds = 0;
+    if (cli_all_steps(session)) return cli_convert_series(session, session->args.operands[0], path);
     int exit_status = cli_output_check(session, path);
     if (!exit_status)
         exit_status = cli_open_volume(session, session->ctx, session->args.operands[0], &input);
@@ -47,6 +48,8 @@ static const char *const EXAMPLES[] = {"tetralod convert grid.vts tets.vtu --zli
                                        "PLOT3D grid and solution",
                                        "tetralod convert ocean.vtu sea.vtu --fill-value -9999",
                                        "Cut away what holds no data",
+                                       "tetralod convert crash.e crash.pvd --step all",
+                                       "Every step as a .vtu, and a .pvd that names them",
                                        NULL};
 
 const cli_verb cli_verb_convert = {
@@ -54,9 +57,11 @@ const cli_verb cli_verb_convert = {
     .operands = "IN OUT",
     .operand_least = 2,
     .operand_most = 2,
-    .about = "read any known file as tets and write them as .vtu or .vtk",
-    .details = "OUT appears under its name only when it is complete, so it may be IN. All that is "
-               "dropped or changed on the way is said, with counts.",
+    .about = "read any known file as tets and write them as another",
+    .details =
+        "OUT appears under its name only when it is complete, so it may be IN; its ending says as "
+        "what it is written (see 'tetralod formats'). All that is dropped or changed on the "
+        "way is said, with counts.",
     .groups = {&cli_group_reading, &cli_group_writing, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

@@ -7,6 +7,9 @@
 
 /* Regions that are listed one by one. */
 #define REGIONS_LISTED 64
+/* Named surfaces and times that are listed in text. */
+#define LABELS_LISTED 64
+#define TIMES_LISTED 16
 
 static const double DEGREES = 57.295779513082323; /* a radian */
 
@@ -64,7 +67,7 @@ static void json_channels(json_t *object, const tl_mesh *mesh)
     }
 }
 
-static void json_regions(json_t *object, const region_list *regions)
+static void json_regions(json_t *object, const tl_mesh *mesh, const region_list *regions)
 {
     size_t listed = regions->count < REGIONS_LISTED ? regions->count : REGIONS_LISTED;
     cli_json_count(object, "region_count", regions->count);
@@ -73,10 +76,40 @@ static void json_regions(json_t *object, const region_list *regions)
         json_t *item = cli_json_item(list);
         json_object_set_new(item, "id", json_integer(regions->ids[i]));
         cli_json_count(item, "tets", regions->tets[i]);
+        const char *name = tl_mesh_region_name(mesh, regions->ids[i]);
+        if (name) cli_json_text(item, "name", name);
     }
 }
 
-static void print_json(const cli_session *session, const cli_input *input,
+static const char *steps_mesh_name(tl_steps_mesh mesh)
+{
+    static const char *const names[] = {[TL_STEPS_STATIC] = "static",
+                                        [TL_STEPS_MOVING] = "moving",
+                                        [TL_STEPS_CHANGING] = "changing"};
+    return names[mesh];
+}
+
+static void json_steps(json_t *object, const tl_steps *steps)
+{
+    json_t *item = cli_json_object(object, "steps");
+    cli_json_count(item, "count", steps->count);
+    cli_json_text(item, "mesh", steps_mesh_name(steps->mesh));
+    cli_json_reals(item, "times", steps->times, steps->count);
+}
+
+static void json_labels(json_t *object, const tl_mesh *mesh)
+{
+    json_t *list = cli_json_list(object, "labels");
+    for (size_t i = 0; i < tl_mesh_label_count(mesh); i++) {
+        const tl_label *label = tl_mesh_label(mesh, i);
+        json_t *item = cli_json_item(list);
+        cli_json_text(item, "name", label->name);
+        json_object_set_new(item, "id", json_integer(label->id));
+        cli_json_count(item, "faces", label->face_count);
+    }
+}
+
+static void print_json(const cli_session *session, const cli_input *input, const tl_steps *steps,
                        const tl_mesh_stats *stats, const region_list *regions)
 {
     const tl_mesh *mesh = input->mesh;
@@ -107,7 +140,9 @@ static void print_json(const cli_session *session, const cli_input *input,
     cli_json_real(object, "dihedral_max", stats->dihedral_max * DEGREES);
     cli_json_real(object, "time", tl_mesh_time(mesh));
     json_channels(object, mesh);
-    json_regions(object, regions);
+    json_regions(object, mesh, regions);
+    json_labels(object, mesh);
+    json_steps(object, steps);
     cli_json_report(object, input);
     cli_json_facts(object, session->ctx);
     cli_json_print(object);
@@ -185,23 +220,58 @@ static void print_shape(const tl_mesh *mesh, const tl_mesh_stats *s)
                cli_count(s->nonmanifold_verts).s);
 }
 
-static void print_regions(const tl_mesh_stats *stats, const region_list *regions)
+static void print_regions(const tl_mesh *mesh, const tl_mesh_stats *stats,
+                          const region_list *regions)
 {
     if (!regions->count) return;
     printf("regions     %s, with %s triangles between them:", cli_count(regions->count).s,
            cli_count(stats->interface_triangles).s);
-    for (size_t i = 0; i < regions->count && i < REGIONS_LISTED; i++)
-        printf("%s %d (%s tets)", i ? "," : "", regions->ids[i], cli_count(regions->tets[i]).s);
+    for (size_t i = 0; i < regions->count && i < REGIONS_LISTED; i++) {
+        const char *name = tl_mesh_region_name(mesh, regions->ids[i]);
+        printf("%s %d", i ? "," : "", regions->ids[i]);
+        if (name) printf(" '%s'", cli_name(name).s);
+        printf(" (%s tets)", cli_count(regions->tets[i]).s);
+    }
     puts(regions->count > REGIONS_LISTED ? " ..." : "");
 }
 
-static tl_status print_text(cli_session *session, const cli_input *input,
+static void print_labels(const tl_mesh *mesh)
+{
+    size_t count = tl_mesh_label_count(mesh);
+    for (size_t i = 0; i < count && i < LABELS_LISTED; i++) {
+        const tl_label *label = tl_mesh_label(mesh, i);
+        printf("%-10s  %d '%s': %s triangles\n", i ? "" : "surfaces", label->id,
+               cli_name(label->name).s, cli_count(label->face_count).s);
+    }
+    if (count > LABELS_LISTED) printf("%-10s  and %zu more\n", "", count - LABELS_LISTED);
+}
+
+static void print_steps(const tl_steps *steps)
+{
+    if (steps->count < 2) return;
+    const double *times = steps->times;
+    printf("steps       %s, 0 to %zu; the mesh is %s\n", cli_count(steps->count).s,
+           steps->count - 1, steps_mesh_name(steps->mesh));
+    printf("times      ");
+    for (size_t i = 0; i < steps->count; i++) {
+        if (i == TIMES_LISTED && steps->count > TIMES_LISTED + 1) {
+            fputs(" ...", stdout);
+            i = steps->count - 1;
+        }
+        printf(" %s", cli_real(times[i]).s);
+    }
+    putchar('\n');
+}
+
+static tl_status print_text(cli_session *session, const cli_input *input, const tl_steps *steps,
                             const tl_mesh_stats *stats, const region_list *regions)
 {
     cli_print_input(session, "read", input);
     print_cells(&input->report);
     print_shape(input->mesh, stats);
-    print_regions(stats, regions);
+    print_steps(steps);
+    print_regions(input->mesh, stats, regions);
+    print_labels(input->mesh);
     return print_channels(session->ctx, input->mesh);
 }
 
@@ -222,16 +292,22 @@ static int run(cli_session *session)
     cli_input input;
     tl_mesh_stats stats;
     region_list regions;
-    int exit_status = cli_open(session, session->ctx, session->args.operands[0], &input);
+    tl_read_opts opts;
+    tl_steps steps = {0};
+    const char *path = session->args.operands[0];
+    int exit_status = cli_read_opts(session, path, &opts);
+    if (!exit_status) exit_status = cli_open_with(session, session->ctx, path, &opts, &input);
     if (exit_status) return exit_status;
-    tl_status st = measure(session->ctx, input.mesh, &stats);
+    tl_status st = tl_read_steps(session->ctx, path, &opts, &steps);
+    if (!st) st = measure(session->ctx, input.mesh, &stats);
     if (!st) st = count_regions(session->ctx, input.mesh, &regions);
     cli_progress_clear(&session->progress);
     if (!st && cli_get(session, CLI_JSON)->given)
-        print_json(session, &input, &stats, &regions);
+        print_json(session, &input, &steps, &stats, &regions);
     else if (!st && cli_loud(session))
-        st = print_text(session, &input, &stats, &regions);
+        st = print_text(session, &input, &steps, &stats, &regions);
     if (st) exit_status = cli_fail(session, session->ctx, st);
+    tl_steps_release(session->ctx, &steps);
     cli_close(&input);
     return exit_status;
 }

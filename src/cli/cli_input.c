@@ -49,7 +49,7 @@ static bool names_its_kind(const char *path)
     return dot && strlen(dot) == 4 && strncasecmp(dot, ".vt", 3) == 0;
 }
 
-static int read_opts(const cli_session *session, const char *path, tl_read_opts *opts)
+int cli_read_opts(const cli_session *session, const char *path, tl_read_opts *opts)
 {
     *opts = tl_read_opts_defaults();
     const cli_value *raw = cli_get(session, CLI_RAW);
@@ -65,7 +65,9 @@ static int read_opts(const cli_session *session, const char *path, tl_read_opts 
     opts->fill_value = cli_get(session, CLI_FILL_VALUE)->real;
     opts->keep_fill = cli_get(session, CLI_KEEP_FILL)->given;
     opts->region = cli_get(session, CLI_REGION)->text;
-    return CLI_DONE;
+    opts->weld = cli_get(session, CLI_WELD)->given;
+    opts->weld_distance = cli_get(session, CLI_WELD)->real;
+    return cli_step_opts(session, opts);
 }
 
 /* ---- reading ---- */
@@ -73,12 +75,18 @@ static int read_opts(const cli_session *session, const char *path, tl_read_opts 
 int cli_open(cli_session *session, tl_ctx *ctx, const char *path, cli_input *input)
 {
     tl_read_opts opts;
+    int failed = cli_read_opts(session, path, &opts);
     *input = (cli_input){.path = path};
-    int failed = read_opts(session, path, &opts);
-    if (failed) return failed;
+    return failed ? failed : cli_open_with(session, ctx, path, &opts, input);
+}
+
+int cli_open_with(cli_session *session, tl_ctx *ctx, const char *path, const tl_read_opts *opts,
+                  cli_input *input)
+{
+    *input = (cli_input){.path = path};
     input->notes_begin = session->notes_bytes;
     double start = cli_now();
-    tl_status st = tl_mesh_read(ctx, path, &opts, &input->mesh, &input->report);
+    tl_status st = tl_mesh_read(ctx, path, opts, &input->mesh, &input->report);
     input->seconds = cli_now() - start;
     input->notes_end = session->notes_bytes;
     cli_progress_clear(&session->progress);
@@ -88,7 +96,13 @@ int cli_open(cli_session *session, tl_ctx *ctx, const char *path, cli_input *inp
 int cli_open_volume(cli_session *session, tl_ctx *ctx, const char *path, cli_input *input)
 {
     int failed = cli_open(session, ctx, path, input);
-    if (failed || tl_mesh_tet_count(input->mesh) > 0) return failed;
+    return failed ? failed : cli_check_volume(input);
+}
+
+int cli_check_volume(cli_input *input)
+{
+    const char *path = input->path;
+    if (tl_mesh_tet_count(input->mesh) > 0) return CLI_DONE;
     const tl_read_report *report = &input->report;
     if (report->blank_cells || report->ghost_cells)
         fprintf(
@@ -119,14 +133,44 @@ uint64_t cli_file_bytes(const char *path)
     return stat(path, &info) ? 0 : (uint64_t)info.st_size;
 }
 
+/* True if ending (".vtu") stands in a list of endings, in any case. */
+static bool ends_in(const char *ending, const char *endings)
+{
+    size_t length = strlen(ending);
+    for (const char *at = endings; *at; at += strspn(at, " ")) {
+        size_t n = strcspn(at, " ");
+        if (n == length && strncasecmp(at, ending, n) == 0) return true;
+        at += n;
+    }
+    return false;
+}
+
+static bool is_written(const char *ending)
+{
+    const tl_format *format;
+    for (size_t i = 0; (format = tl_format_get(i)); i++)
+        if (format->writes && ends_in(ending, format->endings)) return true;
+    return false;
+}
+
+static int unknown_ending(const cli_session *session, const char *path)
+{
+    char list[256] = "";
+    size_t used = 0;
+    const tl_format *format;
+    for (size_t i = 0; (format = tl_format_get(i)); i++)
+        if (format->writes && used + strlen(format->endings) + 2 < sizeof list)
+            used += (size_t)snprintf(list + used, sizeof list - used, " %s", format->endings);
+    return cli_misuse(session->args.verb, "'%s': the name must end in one of%s", path, list);
+}
+
 int cli_output_check(cli_session *session, const char *path)
 {
     const char *dot = strrchr(path, '.');
     const char *slash = strrchr(path, '/');
     struct stat info;
     char folder[4096] = ".";
-    if (!dot || (strcasecmp(dot, ".vtu") != 0 && strcasecmp(dot, ".vtk") != 0))
-        return cli_misuse(session->args.verb, "'%s': the name must end in .vtu or .vtk", path);
+    if (!dot || !is_written(dot)) return unknown_ending(session, path);
     if (cli_get(session, CLI_ZLIB)->given &&
         (cli_get(session, CLI_ASCII)->given || strcasecmp(dot, ".vtu") != 0))
         return cli_misuse(session->args.verb, "--zlib: only a binary .vtu can be compressed");

@@ -27,7 +27,15 @@ static const cli_option READING[] = {
     {CLI_KEEP_FILL, 0, "keep-fill", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "keep the cells of missing data, with NaN as their value"},
     {CLI_REGION, 0, "region", CLI_TYPE_TEXT, "NAME", NULL, 0, 0,
-     "cell array that holds the regions, instead of the first called region, material or block"},
+     "cell array that holds the regions, instead of the blocks of the file or the first array "
+     "called region, material or block"},
+    {CLI_STEP, 0, "step", CLI_TYPE_TEXT, "N|last|all", "0", 0, 0,
+     "step of a series, from 0 on; 'tetralod info' lists them, 'all' is for convert alone"},
+    {CLI_TIME, 0, "time", CLI_TYPE_REAL, "T", NULL, 0, 0,
+     "the step of a series that is nearest to this time"},
+    {CLI_WELD, 0, "weld", CLI_TYPE_REAL, "D", NULL, 0, DBL_MAX,
+     "make points at most this far apart one (0: at the same place exactly), before cells are "
+     "split, so that blocks hang together"},
 };
 const cli_group cli_group_reading = {"Reading", READING, sizeof READING / sizeof *READING};
 
@@ -50,13 +58,9 @@ static const cli_option COMMON[] = {
 };
 const cli_group cli_group_common = {"Common", COMMON, sizeof COMMON / sizeof *COMMON};
 
-const cli_verb *const cli_verbs[] = {&cli_verb_sample,
-                                     &cli_verb_info,
-                                     &cli_verb_convert,
-                                     &cli_verb_simplify,
-                                     &cli_verb_compare,
-                                     &cli_verb_bench,
-                                     NULL};
+const cli_verb *const cli_verbs[] = {
+    &cli_verb_sample,  &cli_verb_info,    &cli_verb_convert, &cli_verb_simplify,
+    &cli_verb_compare, &cli_verb_formats, &cli_verb_bench,   NULL};
 
 /* ---- messages ---- */
 

@@ -34,7 +34,7 @@ typedef enum cli_id {
     CLI_MIN_QUALITY,
     CLI_SEED,
     CLI_ISO,
-    CLI_STEP,
+    CLI_SPACING,
     CLI_SKIP_BOUNDARY,
     CLI_SIZE,
     CLI_SIZES,
@@ -53,6 +53,9 @@ typedef enum cli_id {
     CLI_FILL_VALUE,
     CLI_KEEP_FILL,
     CLI_REGION,
+    CLI_STEP,
+    CLI_TIME,
+    CLI_WELD,
     CLI_ZLIB,
     CLI_ASCII,
     CLI_THREADS,
@@ -138,6 +141,7 @@ extern const cli_verb cli_verb_convert;
 extern const cli_verb cli_verb_simplify;
 extern const cli_verb cli_verb_compare;
 extern const cli_verb cli_verb_bench;
+extern const cli_verb cli_verb_formats;
 
 /* argv [argc] are the words after the verb. Returns CLI_DONE or CLI_WRONG_USE, then the message is
  * out already. */

@@ -50,7 +50,22 @@ int cli_fail(cli_session *session, tl_ctx *ctx, tl_status status);
 int cli_open(cli_session *session, tl_ctx *ctx, const char *path, cli_input *input);
 /* The same, and refuses a file without volume cells. */
 int cli_open_volume(cli_session *session, tl_ctx *ctx, const char *path, cli_input *input);
+/* The parts of both: the options for a file as the words give them; reading with them; refusing,
+ * then the input is closed. */
+int cli_read_opts(const cli_session *session, const char *path, tl_read_opts *opts);
+int cli_open_with(cli_session *session, tl_ctx *ctx, const char *path, const tl_read_opts *opts,
+                  cli_input *input);
+int cli_check_volume(cli_input *input);
 void cli_close(cli_input *input);
+
+/* Series, cli_series.c: the options --step and --time; "all" is refused. */
+int cli_step_opts(const cli_session *session, tl_read_opts *opts);
+/* True for --step all. */
+bool cli_all_steps(const cli_session *session);
+/* Forgets both options if the file at path is no series: a copy of one step. */
+int cli_step_if_series(cli_session *session, const char *path);
+/* Converts all steps of a file to a collection, .pvd, with a .vtu a step beside it. */
+int cli_convert_series(cli_session *session, const char *from, const char *to);
 
 /* Finds out before the work whether a mesh can be written there, with the writing options. Returns
  * an exit status. */

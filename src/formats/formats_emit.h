@@ -56,6 +56,8 @@ uint64_t tli_out_bytes(const tli_out *out);
 tl_scalar tli_out_index_type(uint64_t point_count, uint64_t tet_count);
 bool tli_big_endian_host(void);
 
+/* Text as part of an attribute of an XML file. formats_write_series.c */
+tl_status tli_emit_escaped(tli_sink *sink, const char *text);
 /* Fills an array of one double, which arg points to. */
 void tli_fill_number(const void *arg, uint64_t begin, uint64_t end, void *out);
 

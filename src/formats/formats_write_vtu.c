@@ -40,44 +40,6 @@ static const char *type_name(tl_scalar scalar)
 
 /* ---- XML ---- */
 
-/* Bytes of the valid UTF-8 character of two or more bytes at the start of text, or 0. */
-static size_t utf8_bytes(const unsigned char *text)
-{
-    size_t count = text[0] >= 0xf0 && text[0] <= 0xf4   ? 4
-                   : text[0] >= 0xe0 && text[0] <= 0xef ? 3
-                   : text[0] >= 0xc2 && text[0] <= 0xdf ? 2
-                                                        : 0;
-    for (size_t i = 1; i < count; i++)
-        if ((text[i] & 0xc0) != 0x80) return 0;
-    if (count == 3) {
-        unsigned code = (text[0] & 15u) << 12 | (text[1] & 63u) << 6 | (text[2] & 63u);
-        if (code < 0x800 || (code >= 0xd800 && code < 0xe000) || code >= 0xfffe) return 0;
-    }
-    if (count == 4 && ((text[0] == 0xf0 && text[1] < 0x90) || (text[0] == 0xf4 && text[1] > 0x8f)))
-        return 0;
-    return count;
-}
-
-/* Text as it may stand in an attribute or element. Bytes that are no UTF-8 are taken for Latin-1,
- * control characters, which XML can't hold, become '?'. */
-static tl_status write_escaped(tli_sink *sink, const char *text)
-{
-    tl_status st = TL_OK;
-    for (const unsigned char *at = (const unsigned char *)text; *at && !st;) {
-        size_t bytes = *at >= 0x80 ? utf8_bytes(at) : 1;
-        if (bytes == 0)
-            st = tli_sink_printf(sink, "&#%u;", *at < 0xa0 ? '?' : *at);
-        else if (bytes == 1 && (strchr("&<>\"'\t\n\r", *at)))
-            st = tli_sink_printf(sink, "&#%u;", *at);
-        else if (bytes == 1 && *at < 32)
-            st = tli_sink_write(sink, "?", 1);
-        else
-            st = tli_sink_write(sink, at, bytes);
-        at += bytes ? bytes : 1;
-    }
-    return st;
-}
-
 /* ---- elements ---- */
 
 static tl_status write_unit(const vtu *v, const tli_out_array *array)
@@ -85,7 +47,7 @@ static tl_status write_unit(const vtu *v, const tli_out_array *array)
     if (!array->unit || !array->unit[0]) return TL_OK;
     tl_status st = tli_sink_printf(v->emit.sink, "<InformationKey name=\"UNITS_LABEL\" "
                                                  "location=\"vtkDataArray\">");
-    if (!st) st = write_escaped(v->emit.sink, array->unit);
+    if (!st) st = tli_emit_escaped(v->emit.sink, array->unit);
     if (!st) st = tli_sink_printf(v->emit.sink, "</InformationKey>");
     return st;
 }
@@ -95,7 +57,7 @@ static tl_status write_array(vtu *v, const tli_out_array *array)
     tli_sink *sink = v->emit.sink;
     tl_status st =
         tli_sink_printf(sink, "        <DataArray type=\"%s\" Name=\"", type_name(array->scalar));
-    if (!st) st = write_escaped(sink, array->name);
+    if (!st) st = tli_emit_escaped(sink, array->name);
     if (!st && array != &v->out->tets) /* VTK wants connectivity as a plain list */
         st = tli_sink_printf(sink, "\" NumberOfComponents=\"%u", array->components);
     if (!st) st = tli_sink_printf(sink, "\"");
@@ -124,7 +86,7 @@ static tl_status write_active(const vtu *v, const tli_out_array *arrays, uint32_
     for (uint32_t i = 0; i < count; i++) {
         if (arrays[i].components != components) continue;
         tl_status st = tli_sink_printf(v->emit.sink, " %s=\"", attribute);
-        if (!st) st = write_escaped(v->emit.sink, arrays[i].name);
+        if (!st) st = tli_emit_escaped(v->emit.sink, arrays[i].name);
         if (!st) st = tli_sink_printf(v->emit.sink, "\"");
         return st;
     }
