@@ -231,8 +231,7 @@ static void test_several_blocks(void **state)
     grid.blocks[1] = (tli_grid_block){32, {0, 4, 4}};
     grid.blocks[2] = (tli_grid_block){0, {4, 4, 1}};
     grid.blocks[3] = (tli_grid_block){32, {4, 4, 2}};
-    tli_tets drop = {.ctx = ctx, .grid = &grid};
-    tli_tets_drop_array(&drop, TL_ON_TET, 0);
+    tli_grid_drop_array(&grid, TL_ON_TET, 0);
     double ids[27];
     for (int i = 0; i < 27; i++) ids[i] = i;
     add_values(&grid, TL_ON_TET, "id", 1, ids);

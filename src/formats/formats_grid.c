@@ -160,6 +160,17 @@ tl_status tli_grid_add_label(tli_grid *grid, const char *name, int32_t id, uint6
     return st;
 }
 
+void tli_grid_drop_array(tli_grid *grid, tl_on on, uint32_t index)
+{
+    bool points = on == TL_ON_VERTEX;
+    tli_grid_array *arrays = points ? grid->point_arrays : grid->cell_arrays;
+    uint32_t *count = points ? &grid->point_array_count : &grid->cell_array_count;
+    tl_mem_free(grid->ctx, arrays[index].name);
+    tl_mem_free(grid->ctx, arrays[index].values);
+    memmove(arrays + index, arrays + index + 1, (*count - index - 1) * sizeof *arrays);
+    (*count)--;
+}
+
 /* ---- widening ---- */
 
 /* One loop a type: loads are unaligned, swaps are free of branches, and the compiler vectorises. */

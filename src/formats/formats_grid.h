@@ -85,6 +85,8 @@ void tli_grid_release(tli_grid *grid);
  * TL_ERR_FORMAT. Allocates values [count][components] when values is NULL and returns the array. */
 tl_status tli_grid_add(tli_grid *grid, tl_on on, const char *name, uint32_t components,
                        tl_scalar scalar, double *values, tli_grid_array **array);
+/* Takes an array out of its list and frees it. */
+void tli_grid_drop_array(tli_grid *grid, tl_on on, uint32_t index);
 /* Number of cells: of the list, or of all blocks. */
 uint64_t tli_grid_cell_count(const tli_grid *grid);
 

@@ -65,7 +65,7 @@ static tl_status mark_ghosts(tli_tets *t)
         tl_status st =
             tli_parallel(t->ctx, (size_t)arrays[index].count, TLI_TETS_GRAIN, flag_piece, &job);
         if (st) return st;
-        tli_tets_drop_array(t, kinds[k].on, (uint32_t)index);
+        tli_grid_drop_array(t->grid, kinds[k].on, (uint32_t)index);
     }
     return TL_OK;
 }

@@ -3,6 +3,7 @@
  * name.
  */
 #include "formats/formats_reader.h"
+#include "formats/formats_scan.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -37,11 +38,22 @@ static bool is_folder(const char *path)
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
+/* A file that is packed as a whole is read as what it was before. */
+static tl_status unpack(tl_ctx *ctx, tli_source *source)
+{
+    tli_map packed = source->map;
+    tl_status st = tli_inflate(ctx, source->path, packed.bytes, packed.byte_count, UINT64_MAX,
+                               false, &source->map);
+    tli_map_close(ctx, &packed);
+    return st;
+}
+
 static tl_status source_open(tl_ctx *ctx, const char *path, unsigned depth, tli_source *source)
 {
     *source = (tli_source){.path = path, .depth = depth, .folder = is_folder(path)};
     if (source->folder) return TL_OK;
     tl_status st = tli_map_open(ctx, path, &source->map);
+    if (!st && tli_is_gzip(source->map.bytes, source->map.byte_count)) st = unpack(ctx, source);
     if (st) return st;
     const tli_map *map = &source->map;
     source->head_bytes =

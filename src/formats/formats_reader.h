@@ -77,4 +77,30 @@ tl_status tli_grid_read_steps(tl_ctx *ctx, const tli_source *source, const char 
  * folder of base and name. */
 char *tli_path_beside(tl_ctx *ctx, const char *base, const char *name, tl_status *status);
 
+/* Readers in files of their own. */
+tli_match tli_match_cube(const tli_source *source);
+tl_status tli_read_cube(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                        tli_grid *grid);
+tli_match tli_match_inrimage(const tli_source *source);
+tl_status tli_read_inrimage(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                            tli_grid *grid);
+tli_match tli_match_medit(const tli_source *source);
+tl_status tli_read_medit(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                         tli_grid *grid);
+tli_match tli_match_metaimage(const tli_source *source);
+tl_status tli_read_metaimage(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                             tli_grid *grid);
+tli_match tli_match_nifti(const tli_source *source);
+tl_status tli_read_nifti(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                         tli_grid *grid);
+tli_match tli_match_nrrd(const tli_source *source);
+tl_status tli_read_nrrd(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                        tli_grid *grid);
+tli_match tli_match_slc(const tli_source *source);
+tl_status tli_read_slc(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                       tli_grid *grid);
+tli_match tli_match_tetgen(const tli_source *source);
+tl_status tli_read_tetgen(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                          tli_grid *grid);
+
 #endif

@@ -539,14 +539,3 @@ tl_status tli_grid_to_mesh(tli_grid *grid, const tl_read_opts *opts, tl_mesh **m
     release(&t);
     return st;
 }
-
-void tli_tets_drop_array(tli_tets *t, tl_on on, uint32_t index)
-{
-    bool points = on == TL_ON_VERTEX;
-    tli_grid_array *arrays = points ? t->grid->point_arrays : t->grid->cell_arrays;
-    uint32_t *count = points ? &t->grid->point_array_count : &t->grid->cell_array_count;
-    tl_mem_free(t->ctx, arrays[index].name);
-    tl_mem_free(t->ctx, arrays[index].values);
-    memmove(arrays + index, arrays + index + 1, (*count - index - 1) * sizeof *arrays);
-    (*count)--;
-}

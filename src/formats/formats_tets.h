@@ -70,7 +70,4 @@ tl_status tli_tets_hand_over(tli_tets *t, tl_mesh *mesh);
  * (Material #) or by id, ids, number, s. */
 bool tli_is_region_name(const char *name);
 
-/* Takes the array out of a list and frees it. */
-void tli_tets_drop_array(tli_tets *t, tl_on on, uint32_t index);
-
 #endif

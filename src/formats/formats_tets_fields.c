@@ -257,7 +257,7 @@ tl_status tli_tets_average_cells(tli_tets *t, int region_index)
     tl_mem_free(t->ctx, targets);
     tl_mem_free(t->ctx, weights);
     for (uint32_t i = arrays; i-- > 0 && !st;)
-        if ((int)i != region_index) tli_tets_drop_array(t, TL_ON_TET, i);
+        if ((int)i != region_index) tli_grid_drop_array(t->grid, TL_ON_TET, i);
     return st;
 }
 

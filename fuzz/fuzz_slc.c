@@ -1,0 +1,8 @@
+/* The reader of SLC volumes. */
+#include "fuzz_source.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t byte_count)
+{
+    fuzz_read(tli_read_slc, "input", bytes, byte_count);
+    return 0;
+}

@@ -1,0 +1,24 @@
+/* What the fuzz targets of readers that take a source share. */
+#ifndef TETRALOD_FUZZ_SOURCE_H
+#define TETRALOD_FUZZ_SOURCE_H
+
+#include "fuzz_grid.h"
+
+#include "formats/formats_reader.h"
+
+/* Reads bytes under a name with a reader. */
+static inline void fuzz_read(tl_status (*read)(tl_ctx *ctx, const tli_source *source,
+                                               const tl_read_opts *opts, tli_grid *grid),
+                             const char *path, const uint8_t *bytes, size_t byte_count)
+{
+    tl_ctx *ctx = fuzz_ctx_create();
+    tl_read_opts opts = tl_read_opts_defaults();
+    tli_source source = {.path = path, .map = {.bytes = bytes, .byte_count = byte_count}};
+    source.head_bytes = byte_count < TLI_HEAD_BYTES ? byte_count : TLI_HEAD_BYTES;
+    for (size_t i = 0; i < source.head_bytes; i++) source.head[i] = bytes[i] ? (char)bytes[i] : ' ';
+    tli_grid grid;
+    tli_grid_init(ctx, &grid);
+    fuzz_finish(ctx, read(ctx, &source, &opts, &grid), &grid);
+}
+
+#endif
