@@ -3,6 +3,7 @@
 #define TETRALOD_TETRALOD_H
 
 #include "tetralod/base.h"
+#include "tetralod/codec.h"
 #include "tetralod/formats.h"
 #include "tetralod/measure.h"
 #include "tetralod/mesh.h"
