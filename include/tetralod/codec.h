@@ -94,16 +94,18 @@ TL_API void tl_patch_destroy(tl_ctx *ctx, tl_patch *patch);
 /* The tables of a file, immutable, to be shared by threads. */
 typedef struct tl_codec tl_codec;
 
-/* Reads tables as tli_codec_write wrote them. Gives *codec. TL_ERR_FORMAT for other bytes. */
+/* Reads tables as they stand in the head of a file. Gives *codec. TL_ERR_FORMAT for other bytes. */
 TL_API tl_status tl_codec_read(tl_ctx *ctx, const uint8_t *bytes, size_t byte_count,
                                tl_codec **codec);
+/* The lattice of the places; borrowed. */
+TL_API const tl_lattice *tl_codec_lattice(const tl_codec *codec);
 /* NULL is allowed. */
 TL_API void tl_codec_destroy(tl_ctx *ctx, tl_codec *codec);
 
 /* Decodes the topology of a patch: tets and their opposite faces, places, shared flags, regions.
  * class_ < TL_CLASS_COUNT or TL_CLASS_RAW, as it was encoded; codec may be NULL for the latter.
- * Gives *patch. TL_ERR_FORMAT for bytes that are none: time and memory then are bounded by 1 KiB of
- * tets a byte. TL_ERR_ARG for a class that is none. */
+ * Gives *patch. TL_ERR_FORMAT for bytes that are none; time and memory are bounded by byte_count:
+ * a byte stands for 1,024 tets at most. TL_ERR_ARG for a class that is none. */
 TL_API tl_status tl_topology_decode(tl_ctx *ctx, const tl_codec *codec, unsigned class_,
                                     const uint8_t *bytes, size_t byte_count, tl_patch **patch);
 

@@ -23,7 +23,7 @@ tl_status tli_bytes_append(tli_bytes *buffer, const void *bytes, size_t byte_cou
 /* Puts vertices and tets into the order in which the coder meets them, and the corners of each tet
  * into the order in which it names them (an even permutation), in place. vert_order [vert_count]
  * and tet_order [tet_count] (may be NULL) receive for each new index the old one, so that channels
- * can follow; opposite is dropped. Arranging again changes nothing. Everything below demands an
+ * can follow; opposite is made. Arranging again changes nothing. Everything below demands an
  * arranged patch. TL_ERR_ARG if a count passes its limit or an index is not below vert_count. */
 tl_status tli_patch_arrange(tl_ctx *ctx, tl_patch *patch, uint32_t *vert_order,
                             uint32_t *tet_order);
@@ -47,13 +47,9 @@ void tli_trainer_destroy(tl_ctx *ctx, tli_trainer *trainer);
  * NULL for a channel that is left out. The order of the patches does not matter. */
 tl_status tli_trainer_add(tl_ctx *ctx, tli_trainer *trainer, unsigned class_, const tl_patch *patch,
                           const int64_t *const *values);
-/* Makes tables of what was counted; a class or channel without any patch gets plain ones. Gives
- * *codec, which is the same as tl_codec_read makes of what tli_codec_write wrote. */
-tl_status tli_trainer_finish(tl_ctx *ctx, const tli_trainer *trainer, tl_codec **codec);
-
-/* Appends the tables. */
-tl_status tli_codec_write(const tl_codec *codec, tli_bytes *out);
-const tl_lattice *tli_codec_lattice(const tl_codec *codec);
+/* Appends tables made of what was counted, for tl_codec_read; a class or channel without any patch
+ * gets plain ones. */
+tl_status tli_trainer_write(const tli_trainer *trainer, tli_bytes *out);
 
 /* Where the bits of a topology blob went. */
 typedef struct tli_bits {

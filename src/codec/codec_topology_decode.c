@@ -1,0 +1,303 @@
+/* Bytes to the topology of a patch. Whatever the bytes are, each step either adds a tet, which the
+ * head has counted, or closes a face that waits; so it ends. What can't be is found where it
+ * happens or, since the state of the stream must end where the encoder began, at the end. */
+#include "codec/codec_border.h"
+#include "codec/codec_kin.h"
+#include "codec/codec_match.h"
+#include "codec/codec_read.h"
+#include "codec/codec_topology.h"
+
+#include <string.h>
+
+/* Why a stream is none; NULL while it may be one. */
+typedef struct reader {
+    tli_rans rans;
+    const int16_t (*rows)[RANS_SYMBOLS];
+    tli_border border;
+    tl_patch *patch;
+    uint32_t odd_count;
+    unsigned flags;
+    const char *wrong;
+} reader;
+
+/* A vertex that is there; others than those of the stream are wrong. */
+static uint32_t read_vertex(reader *r, uint32_t count)
+{
+    uint32_t vertex = (uint32_t)rans_raw(&r->rans, model_bits_for(count));
+    if (vertex < count) return vertex;
+    r->wrong = "names a vertex that is not there";
+    return 0;
+}
+
+static uint32_t new_vertex(reader *r)
+{
+    if (r->border.vert_count == r->border.vert_capacity) {
+        r->wrong = "has more vertices than its head says";
+        return 0;
+    }
+    return r->border.vert_count++;
+}
+
+static void read_start(reader *r)
+{
+    uint32_t v[4];
+    for (uint32_t c = 0; c < 4; c++) {
+        bool is_new = rans_symbol(&r->rans, r->rows[ROW_START + c]) == 1;
+        v[c] = is_new ? new_vertex(r) : read_vertex(r, r->border.vert_count);
+    }
+    if (r->wrong || v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] ||
+        v[2] == v[3]) {
+        r->wrong = r->wrong ? r->wrong : "begins with a tet that names a vertex twice";
+        return;
+    }
+    uint32_t tet = border_add_tet(&r->border, v[0], v[1], v[2], v[3]);
+    for (uint32_t face = 0; face < 4; face++) border_wait(&r->border, tet, face);
+}
+
+static void read_glue(reader *r, const tli_gate *gate)
+{
+    const tli_border *b = &r->border;
+    uint32_t count = 0, rank, face;
+    for (face = b->head[gate->vertex[0]]; face != TL_NONE; face = b->next[face])
+        count += border_is_reverse(b, gate, face);
+    rank = (uint32_t)rans_raw(&r->rans, model_bits_for(count));
+    if (rank >= count) {
+        r->wrong = "glues a face to none";
+        return;
+    }
+    for (face = b->head[gate->vertex[0]];; face = b->next[face])
+        if (border_is_reverse(b, gate, face) && rank-- == 0) break;
+    border_glue(&r->border, gate, face);
+}
+
+/* The free vertex of a tet that is glued over the edges of mask; all of them must agree. */
+static uint32_t common_apex(reader *r, const tli_gate *gate, uint32_t mask)
+{
+    uint32_t k = mask & 1 ? 0 : mask & 2 ? 1 : 2, d = gate->apex[k];
+    bool agree = !(mask & ~gate->open) && (!(mask & 2) || gate->apex[1] == d) &&
+                 (!(mask & 4) || gate->apex[2] == d);
+    if (!agree || d == gate->vertex[0] || d == gate->vertex[1] || d == gate->vertex[2])
+        r->wrong = "glues a tet to faces that are not its own";
+    return d;
+}
+
+static void read_tet(reader *r, const tli_gate *gate, uint32_t op)
+{
+    uint32_t mask = 0, d;
+    if (op == OP_GROW) {
+        d = new_vertex(r);
+    } else if (op == OP_JOIN) {
+        d = read_vertex(r, r->border.vert_count);
+        if (d == gate->vertex[0] || d == gate->vertex[1] || d == gate->vertex[2])
+            r->wrong = "joins a tet to a vertex that it has";
+    } else {
+        mask = op - OP_GROW;
+        d = common_apex(r, gate, mask);
+    }
+    if (r->border.tet_count == r->border.tet_capacity)
+        r->wrong = "has more tets than its head says";
+    if (!r->wrong) border_grow(&r->border, gate, mask, d);
+}
+
+static void read_vertex_star(reader *r, uint32_t p)
+{
+    tli_border *b = &r->border;
+    while (b->head[p] != TL_NONE && !r->wrong) {
+        uint32_t face = b->head[p];
+        tli_gate gate;
+        b->head[p] = b->next[face];
+        if ((*b->opposite)[face] != BORDER_OPEN) continue;
+        border_look(b, p, face, &gate);
+        uint32_t op = rans_symbol(&r->rans, r->rows[model_op_row(&gate)]);
+        if (op == OP_BORDER)
+            (*b->opposite)[face] = TL_NONE;
+        else if (op == OP_GLUE)
+            read_glue(r, &gate);
+        else if (op < OP_GLUE)
+            read_tet(r, &gate, op);
+        else
+            r->wrong = "has an operation that is none";
+    }
+    b->waiting[p >> 6] &= ~((uint64_t)1 << (p & 63));
+}
+
+/* Tets with a vertex twice stand last, by their numbers. */
+static void read_odd_tets(reader *r)
+{
+    tl_patch *patch = r->patch;
+    for (uint32_t t = patch->tet_count - r->odd_count; t < patch->tet_count && !r->wrong; t++)
+        for (int c = 0; c < 4; c++) {
+            patch->tets[t][c] = (uint16_t)read_vertex(r, patch->vert_count);
+            patch->opposite[t][c] = TL_NONE;
+        }
+}
+
+static tl_status read_connectivity(tl_ctx *ctx, reader *r)
+{
+    tl_patch *patch = r->patch;
+    uint32_t plain = patch->tet_count - r->odd_count;
+    tl_status st = tli_border_open(ctx, patch->vert_count, patch->tet_count, &r->border);
+    patch->tets = r->border.tets;
+    patch->opposite = r->border.opposite;
+    if (!st) {
+        r->border.tet_capacity = plain;
+        while (r->border.tet_count < plain && !r->wrong) {
+            read_start(r);
+            for (uint32_t p = 0; !r->wrong && (p = border_turn(&r->border, p)) != TL_NONE;)
+                read_vertex_star(r, p);
+        }
+        if (!r->wrong) read_odd_tets(r);
+    }
+    tli_border_close(ctx, &r->border);
+    if (!st && !r->wrong && (r->flags & TOPOLOGY_REMATCH)) {
+        tl_mem_free(ctx, patch->opposite);
+        patch->opposite = NULL;
+        tl_lidx *opposite = NULL;
+        st = tli_patch_match(ctx, patch, &opposite);
+        patch->opposite = (uint32_t(*)[4])(void *)opposite;
+    }
+    return st;
+}
+
+static void read_shared(reader *r, const uint8_t *on_border)
+{
+    uint32_t last[2] = {0, 0};
+    for (uint32_t v = 0; v < r->patch->vert_count; v++) {
+        uint32_t kind = on_border[v];
+        uint32_t shared = rans_symbol(&r->rans, r->rows[ROW_SHARED + 2 * kind + last[kind]]);
+        if (shared > 1) r->wrong = "has a shared flag that is neither 0 nor 1";
+        last[kind] = shared & 1;
+        r->patch->shared[v] = (uint8_t)last[kind];
+    }
+}
+
+static void read_regions(reader *r)
+{
+    tli_regions regions = {{0}};
+    tl_patch *patch = r->patch;
+    for (uint32_t t = 0; t < patch->tet_count; t++) {
+        uint32_t row, symbol;
+        int32_t guess = tli_region_guess(patch, t, &row);
+        symbol = rans_symbol(&r->rans, r->rows[ROW_REGION + row]);
+        patch->regions[t] = guess;
+        if (symbol == 0) continue;
+        patch->regions[t] = symbol - 1 < REGION_RECENT ? regions.recent[symbol - 1]
+                                                       : (int32_t)(uint32_t)rans_raw(&r->rans, 32);
+        regions_use(&regions, symbol - 1, patch->regions[t]);
+    }
+}
+
+static void read_places(reader *r, const tl_lattice *lattice, const tli_kin *kin)
+{
+    tl_patch *patch = r->patch;
+    const int64_t(*places)[3] = (const int64_t(*)[3])patch->places;
+    tli_scale scales[PLACE_GROUPS][3] = {{{0}}};
+    tli_shifts shifts = {{{0}}};
+    bool outside = false;
+    for (int i = 0; i < 6 && (r->flags & TOPOLOGY_SHIFTED); i++)
+        shifts.by[i / 3][i % 3] = (uint8_t)rans_raw(&r->rans, SHIFT_BITS);
+    for (int a = 0; a < 3 && patch->vert_count > 0; a++)
+        patch->places[0][a] =
+            topology_place_of(lattice, rans_raw(&r->rans, topology_place_bits(lattice)));
+    for (uint32_t v = 1; v < patch->vert_count; v++) {
+        tli_guess guess;
+        tli_kin_place(kin, v, places, &guess);
+        for (int a = 0; a < 3; a++) {
+            uint32_t shift = shifts.by[patch->shared[v]][a];
+            uint64_t base = (uint64_t)places[0][a];
+            int64_t expected = topology_shifted((int64_t)(guess.at[a] - base), shift);
+            uint32_t around = guess.around[a] > shift ? guess.around[a] - shift : 0;
+            int64_t beside = read_number(&r->rans, r->rows, ROW_PLACE + guess.group * NUMBER_ROWS,
+                                         &scales[guess.group][a], around);
+            uint64_t place = ((uint64_t)beside + (uint64_t)expected) << shift;
+            patch->places[v][a] = (int64_t)(place + base);
+            outside |= topology_is_outside(lattice, patch->places[v][a]);
+        }
+    }
+    if (outside) r->wrong = "has a place outside of the lattice";
+}
+
+static tl_status read_rest(tl_ctx *ctx, const tl_lattice *lattice, reader *r)
+{
+    tl_status st = TL_OK;
+    tl_patch *patch = r->patch;
+    tli_kin kin = {0};
+    uint8_t *on_border = tl_mem_alloc(ctx, patch->vert_count, 1, &st);
+    patch->shared = tl_mem_alloc(ctx, patch->vert_count, 1, &st);
+    patch->places = tl_mem_alloc(ctx, patch->vert_count, sizeof *patch->places, &st);
+    if (r->flags & TOPOLOGY_REGIONS)
+        patch->regions = tl_mem_alloc(ctx, patch->tet_count, sizeof *patch->regions, &st);
+    if (!st) st = tli_kin_open(ctx, patch, &kin);
+    if (!st) {
+        tli_patch_border(patch, on_border);
+        read_shared(r, on_border);
+        read_places(r, lattice, &kin);
+        if (patch->regions) read_regions(r);
+    }
+    tli_kin_close(ctx, &kin);
+    tl_mem_free(ctx, on_border);
+    return st;
+}
+
+/* The head of a blob, checked against its size. */
+static const char *read_head(reader *r, const uint8_t *bytes, size_t byte_count)
+{
+    if (byte_count < TOPOLOGY_HEAD_BYTES) return "ends inside its head";
+    r->flags = bytes[1];
+    r->patch->vert_count = (uint32_t)bytes[2] | (uint32_t)bytes[3] << 8;
+    r->patch->tet_count = (uint32_t)bytes[4] | (uint32_t)bytes[5] << 8 | (uint32_t)bytes[6] << 16;
+    r->odd_count = (uint32_t)bytes[7] | (uint32_t)bytes[8] << 8 | (uint32_t)bytes[9] << 16;
+    if (r->flags & ~TOPOLOGY_FLAGS) return "has unknown flags";
+    if (r->patch->tet_count > TL_PATCH_TETS_MAX) return "has too many tets";
+    if (r->patch->vert_count > TL_PATCH_VERTS_MAX) return "has too many vertices";
+    if (r->odd_count > r->patch->tet_count) return "has more odd tets than tets";
+    if (byte_count < model_least_bytes(r->patch->tet_count)) return "has more tets than bytes hold";
+    return NULL;
+}
+
+static tl_status decode_coded(tl_ctx *ctx, const tl_codec *codec, const uint8_t *bytes,
+                              size_t byte_count, reader *r)
+{
+    tl_status st = TL_OK;
+    if (!rans_begin(&r->rans, bytes + TOPOLOGY_HEAD_BYTES, byte_count - TOPOLOGY_HEAD_BYTES)) {
+        r->wrong = "ends before its stream begins";
+        return TL_OK;
+    }
+    st = read_connectivity(ctx, r);
+    if (!st && !r->wrong && r->border.vert_count > r->patch->vert_count)
+        r->wrong = "has more vertices than its head says";
+    if (!st && !r->wrong) st = read_rest(ctx, &codec->lattice, r);
+    if (!st && !r->wrong &&
+        !rans_is_done(&r->rans, byte_count == model_least_bytes(r->patch->tet_count)))
+        r->wrong = "does not end where its tets end";
+    return st;
+}
+
+tl_status tl_topology_decode(tl_ctx *ctx, const tl_codec *codec, unsigned class_,
+                             const uint8_t *bytes, size_t byte_count, tl_patch **patch)
+{
+    tl_status st = TL_OK;
+    reader r = {0};
+    *patch = NULL;
+    if (class_ != TL_CLASS_RAW && (class_ >= TL_CLASS_COUNT || !codec))
+        return tl_fail(ctx, TL_ERR_ARG, "there is no class %u of patches", class_);
+    r.patch = tl_mem_zalloc(ctx, 1, sizeof *r.patch, &st);
+    if (st) return st;
+    r.wrong = read_head(&r, bytes, byte_count);
+    if (!r.wrong && bytes[0] != (class_ == TL_CLASS_RAW ? BLOB_RAW : BLOB_CODED))
+        r.wrong = "is of another kind than its class";
+    if (!r.wrong && class_ == TL_CLASS_RAW) {
+        st = tli_topology_read_raw(ctx, bytes, byte_count, r.flags, r.patch, &r.wrong);
+    } else if (!r.wrong) {
+        r.rows = codec_rows(codec, class_);
+        st = decode_coded(ctx, codec, bytes, byte_count, &r);
+    }
+    if (!st && r.wrong)
+        st = tl_fail(ctx, TL_ERR_FORMAT, "a topology of %zu bytes, %u vertices and %u tets %s",
+                     byte_count, r.patch->vert_count, r.patch->tet_count, r.wrong);
+    if (st)
+        tl_patch_destroy(ctx, r.patch);
+    else
+        *patch = r.patch;
+    return st;
+}
