@@ -269,18 +269,32 @@ static int bench_all(bench_state *state, bench_fn bench)
 
 /* ---- the verb ---- */
 
-static const char *const NAMES[] = {"mesh", "simplify", NULL};
+/* The benches, a row each. */
+static const struct {
+    const char *name, *about;
+    bench_fn bench;
+} BENCHES[] = {
+    {"mesh", "adjacency, incidence, boundary, quality, point location", bench_mesh},
+    {"simplify", "simplification: speed on one and on all threads, errors, memory, validity",
+     bench_simplify},
+};
+enum { BENCH_COUNT = sizeof BENCHES / sizeof *BENCHES };
 
 static const char *word(size_t index)
 {
-    return NAMES[index];
+    return index < BENCH_COUNT ? BENCHES[index].name : NULL;
+}
+
+static size_t find_bench(const char *name)
+{
+    size_t i = 0;
+    while (i < BENCH_COUNT && strcmp(BENCHES[i].name, name) != 0) i++;
+    return i;
 }
 
 static const char *word_about(const char *name)
 {
-    return strcmp(name, "mesh") == 0
-               ? "adjacency, incidence, boundary, quality, point location"
-               : "simplification: speed on one and on all threads, errors, memory, validity";
+    return BENCHES[find_bench(name)].about;
 }
 
 static int make_folder(bench_state *state)
@@ -297,14 +311,15 @@ static int run(cli_session *session)
 {
     const char *name = session->args.operands[0];
     bench_state state = {.session = session};
-    bool mesh = strcmp(name, "mesh") == 0;
-    if (!mesh && strcmp(name, "simplify") != 0)
-        return cli_misuse(session->args.verb, "'%s': expected mesh or simplify", name);
+    size_t bench = find_bench(name);
+    if (bench == BENCH_COUNT)
+        return cli_misuse(session->args.verb, "'%s': expected %s", name,
+                          session->args.verb->operands);
     int exit_status = make_folder(&state);
     if (exit_status) return exit_status;
     if (cli_get(session, CLI_JSON)->given) state.rows = json_array();
     facts(&state);
-    exit_status = bench_all(&state, mesh ? bench_mesh : bench_simplify);
+    exit_status = bench_all(&state, BENCHES[bench].bench);
     if (state.rows && !exit_status) {
         json_t *object = json_object();
         json_facts(object, &state);
