@@ -73,6 +73,16 @@ bool tli_cell_is_volume(uint8_t type)
     return kind < TL_CELL_SURFACE;
 }
 
+uint32_t tli_surface_corners(uint8_t type)
+{
+    switch (type) {
+    case TLI_VTK_TRIANGLE:
+    case TLI_VTK_QUADRATIC_TRIANGLE:
+    case TLI_VTK_LAGRANGE_TRIANGLE: return 3;
+    default: return 4;
+    }
+}
+
 /* ---- checking ---- */
 
 typedef struct check_job {

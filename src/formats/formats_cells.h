@@ -50,6 +50,8 @@ uint32_t *tli_cells_add(tli_cells *cells, uint8_t type, uint32_t index_count, in
 /* By dimension of a VTK cell type. */
 bool tli_cell_is_volume(uint8_t type);
 bool tli_cell_is_surface(uint8_t type);
+/* Corners of a surface cell that is no polygon: 3 or 4. */
+uint32_t tli_surface_corners(uint8_t type);
 /* Hands everything to a grid without cells, with the regions where with_regions. path: for the
  * message about an id that is none of the grid's points (polyhedra: faces). */
 tl_status tli_cells_to_grid(tli_cells *cells, const char *path, bool with_regions, tli_grid *grid);

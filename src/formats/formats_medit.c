@@ -297,30 +297,44 @@ static tl_status read_mesh(tl_ctx *ctx, const char *path, const tli_map *map, tl
     return st;
 }
 
+static tl_status read_values_at(tl_ctx *ctx, const char *path, tli_grid *grid)
+{
+    tli_map map;
+    tl_status st = tli_map_open(ctx, path, &map);
+    if (st) return st;
+    st = tli_medit_read_sol(ctx, path, &map, grid);
+    tli_map_close(ctx, &map);
+    return st;
+}
+
+/* The values are named: the mesh stands beside them. */
+static tl_status read_mesh_of(tl_ctx *ctx, const tli_source *source, tli_grid *grid)
+{
+    static const char *const endings[] = {".mesh", ".meshb"};
+    char *path = NULL;
+    tli_map map = {0};
+    tl_status st = find_other(ctx, source->path, endings, &path);
+    if (!st && !path)
+        st = tl_fail(ctx, TL_ERR_IO, "'%s': values, but there is no .mesh or .meshb of that name",
+                     source->path);
+    if (!st) st = tli_map_open(ctx, path, &map);
+    if (!st) st = read_mesh(ctx, path, &map, grid);
+    if (!st) st = tli_medit_read_sol(ctx, source->path, &source->map, grid);
+    tli_map_close(ctx, &map);
+    tl_mem_free(ctx, path);
+    return st;
+}
+
 tl_status tli_read_medit(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
                          tli_grid *grid)
 {
-    static const char *const mesh_endings[] = {".mesh", ".meshb"}, *const sol_endings[] = {".sol",
-                                                                                           ".solb"};
-    char *other = NULL;
-    tl_status st;
-    if (!tli_ends_in(source->path, ".sol .solb")) {
-        st = read_mesh(ctx, source->path, &source->map, grid);
-        if (!st && opts && opts->solution) return tli_medit_read_sol(ctx, opts->solution, grid);
-        if (!st) st = find_other(ctx, source->path, sol_endings, &other);
-        if (!st && other) st = tli_medit_read_sol(ctx, other, grid);
-    } else {
-        st = find_other(ctx, source->path, mesh_endings, &other);
-        if (!st && !other)
-            st =
-                tl_fail(ctx, TL_ERR_IO,
-                        "'%s': values, but there is no .mesh or .meshb of that name", source->path);
-        tli_map map = {0};
-        if (!st) st = tli_map_open(ctx, other, &map);
-        if (!st) st = read_mesh(ctx, other, &map, grid);
-        if (!st) st = tli_medit_read_sol(ctx, source->path, grid);
-        tli_map_close(ctx, &map);
-    }
-    tl_mem_free(ctx, other);
+    static const char *const endings[] = {".sol", ".solb"};
+    char *values = NULL;
+    if (tli_ends_in(source->path, ".sol .solb")) return read_mesh_of(ctx, source, grid);
+    tl_status st = read_mesh(ctx, source->path, &source->map, grid);
+    if (!st && opts->solution) return read_values_at(ctx, opts->solution, grid);
+    if (!st) st = find_other(ctx, source->path, endings, &values);
+    if (!st && values) st = read_values_at(ctx, values, grid);
+    tl_mem_free(ctx, values);
     return st;
 }

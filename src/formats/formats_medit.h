@@ -34,6 +34,6 @@ tl_status tli_medit_count(tli_medit *medit, const char *what, uint64_t ints, uin
 
 /* Values of a .sol or .solb file as arrays of a grid. TL_ERR_FORMAT if they are not as many as its
  * points. */
-tl_status tli_medit_read_sol(tl_ctx *ctx, const char *path, tli_grid *grid);
+tl_status tli_medit_read_sol(tl_ctx *ctx, const char *path, const tli_map *map, tli_grid *grid);
 
 #endif

@@ -97,14 +97,9 @@ static tl_status read_sections(tli_medit *medit, tli_grid *grid)
     return st;
 }
 
-tl_status tli_medit_read_sol(tl_ctx *ctx, const char *path, tli_grid *grid)
+tl_status tli_medit_read_sol(tl_ctx *ctx, const char *path, const tli_map *map, tli_grid *grid)
 {
-    tli_map map;
     tli_medit medit;
-    tl_status st = tli_map_open(ctx, path, &map);
-    if (st) return st;
-    st = tli_medit_open(ctx, path, &map, &medit);
-    if (!st) st = read_sections(&medit, grid);
-    tli_map_close(ctx, &map);
-    return st;
+    tl_status st = tli_medit_open(ctx, path, map, &medit);
+    return st ? st : read_sections(&medit, grid);
 }

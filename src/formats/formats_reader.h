@@ -81,6 +81,11 @@ char *tli_path_beside(tl_ctx *ctx, const char *base, const char *name, tl_status
 tli_match tli_match_cube(const tli_source *source);
 tl_status tli_read_cube(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
                         tli_grid *grid);
+tli_match tli_match_gmsh(const tli_source *source);
+tl_status tli_read_gmsh(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                        tli_grid *grid);
+tl_status tli_steps_gmsh(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                         tl_steps *steps);
 tli_match tli_match_inrimage(const tli_source *source);
 tl_status tli_read_inrimage(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
                             tli_grid *grid);
