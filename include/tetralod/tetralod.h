@@ -8,5 +8,6 @@
 #include "tetralod/measure.h"
 #include "tetralod/mesh.h"
 #include "tetralod/simplify.h"
+#include "tetralod/store.h"
 
 #endif

@@ -22,6 +22,21 @@ tl_status tli_map_open(tl_ctx *ctx, const char *path, tli_map *map);
 void tli_map_forget(const tli_map *map, uint64_t begin, uint64_t end);
 void tli_map_close(tl_ctx *ctx, tli_map *map);
 
+/* A regular file, or bytes in memory, read at places by any number of threads. Nothing is mapped: a
+ * file that is cut short while it is open gives an error. */
+typedef struct tli_pread {
+    const char *path;     /* for messages; owned when opened from a file */
+    const uint8_t *bytes; /* in memory; NULL: a file */
+    uint64_t byte_count;  /* when it was opened */
+    int fd;               /* -1: in memory */
+} tli_pread;
+/* TL_ERR_IO names the path and the system's reason; what is no regular file is refused. */
+tl_status tli_pread_open(tl_ctx *ctx, const char *path, tli_pread *reader);
+/* Reads all of [ofs, ofs + byte_count); TL_ERR_IO when the file ends before. */
+tl_status tli_pread_read(tl_ctx *ctx, const tli_pread *reader, uint64_t ofs, void *bytes,
+                         size_t byte_count);
+void tli_pread_close(tl_ctx *ctx, tli_pread *reader);
+
 /* A file being written. Buffered, 64-bit; nothing shows under the final name before a committed
  * close. A path that names something that is no regular file (a device, a pipe) is written in
  * place. */

@@ -1,0 +1,182 @@
+/* Proves a whole file. What a page says of itself is proved whenever it is read; here come the sums
+ * over all pages, the graph across them, and (full) every blob. */
+#include "store/store_check.h"
+
+#define STAGE "check"
+/* Blobs that are looked at between two reports. */
+#define REPORT_PATCHES 64
+
+/* Counts that the head must agree with. */
+typedef struct check_sums {
+    uint64_t level_patches[TL_STORE_LEVELS_MAX];
+    uint64_t topology_bytes;
+    uint64_t outputs, produced; /* entries in outputs; patches with a producer */
+} check_sums;
+
+static tl_status fail_at(tl_ctx *ctx, const tl_store *store, const char *what, uint32_t id,
+                         const char *wrong)
+{
+    return tl_fail(ctx, TL_ERR_DATA, "'%s': %s %u %s", store->reader.path, what, id, wrong);
+}
+
+/* ---- the file ---- */
+
+/* Between the first page and the first blob. */
+static tl_status check_padding(tl_ctx *ctx, const tl_store *store)
+{
+    uint8_t bytes[4096];
+    uint64_t ofs = store->pages[0].page_ofs + store->pages[0].page_bytes;
+    const uint64_t end = store->pages[0].payload_ofs;
+    tl_status st = TL_OK;
+    while (!st && ofs < end) {
+        size_t piece = end - ofs < sizeof bytes ? (size_t)(end - ofs) : sizeof bytes;
+        st = tli_store_read(ctx, store, ofs, bytes, piece);
+        for (size_t i = 0; !st && i < piece; i++)
+            if (bytes[i])
+                st = tl_fail(ctx, TL_ERR_FORMAT, "'%s': byte %llu, padding, is not zero",
+                             store->reader.path, (unsigned long long)(ofs + i));
+        ofs += piece;
+    }
+    return st;
+}
+
+/* Bytes on disk now; a file that grew behind its end while it was open is found, too. */
+static tl_status check_size(tl_ctx *ctx, const tl_store *store)
+{
+    tli_pread now;
+    if (store->reader.fd < 0) return TL_OK;
+    tl_status st = tli_pread_open(ctx, store->reader.path, &now);
+    if (st) return st;
+    if (now.byte_count != store->head.file_bytes)
+        st = tl_fail(ctx, TL_ERR_FORMAT, "'%s': has %llu bytes now, its head says %llu",
+                     store->reader.path, (unsigned long long)now.byte_count,
+                     (unsigned long long)store->head.file_bytes);
+    tli_pread_close(ctx, &now);
+    return st;
+}
+
+/* ---- the graph ---- */
+
+/* Every component of the error of a is at least that of b. */
+static bool is_saturated(const tl_segment_info *a, const tl_segment_info *b, size_t channels)
+{
+    if (!(a->boundary_error >= b->boundary_error)) return false;
+    for (size_t c = 0; c < channels; c++)
+        if (!(a->max_error[c] >= b->max_error[c])) return false;
+    for (size_t i = 0; i < channels * TL_BINS; i++)
+        if (!(a->field_bins[i] >= b->field_bins[i]) || !(a->space_bins[i] >= b->space_bins[i]))
+            return false;
+    return true;
+}
+
+static tl_status check_segment(tl_ctx *ctx, const tl_store *store, uint32_t id, check_sums *sums)
+{
+    tl_segment_info info;
+    uint64_t tets = 0;
+    tl_status st = tl_store_segment(ctx, store, id, &info);
+    for (uint32_t i = 0; !st && i < info.output_count; i++) {
+        tl_patch_info output;
+        st = tl_store_patch(ctx, store, info.outputs[i], &output);
+        if (st) break;
+        if (output.producer != id)
+            return fail_at(ctx, store, "segment", id, "has an output with another producer");
+        tets += output.tet_count;
+    }
+    if (st) return st;
+    if (tets != info.output_tets)
+        return fail_at(ctx, store, "segment", id, "has outputs with another number of tets");
+    sums->outputs += info.output_count;
+    return TL_OK;
+}
+
+static tl_status check_patch(tl_ctx *ctx, const tl_store *store, uint32_t id, check_sums *sums,
+                             uint64_t *channel_bytes)
+{
+    tl_patch_info info;
+    tl_segment_info fine, coarse;
+    const uint32_t channels = store->head.channel_count;
+    tl_status st = tl_store_patch(ctx, store, id, &info);
+    if (st) return st;
+    sums->level_patches[info.level]++;
+    sums->topology_bytes += info.topology_bytes;
+    for (uint32_t c = 0; c < channels; c++) channel_bytes[c] += info.channel_bytes[c];
+    if (info.producer == TL_NONE) return TL_OK;
+    sums->produced++;
+    if (info.consumer == TL_NONE) return TL_OK;
+    st = tl_store_segment(ctx, store, info.producer, &fine);
+    if (!st) st = tl_store_segment(ctx, store, info.consumer, &coarse);
+    if (!st && !is_saturated(&coarse, &fine, channels))
+        st = fail_at(ctx, store, "patch", id,
+                     "has a consumer with a smaller error than its producer");
+    return st;
+}
+
+static tl_status check_sums_agree(tl_ctx *ctx, const tl_store *store, const check_sums *sums,
+                                  const uint64_t *channel_bytes)
+{
+    const tl_store_head *head = &store->head;
+    for (uint32_t l = 0; l < head->level_count; l++)
+        if (sums->level_patches[l] != head->levels[l].patch_count)
+            return fail_at(ctx, store, "level", l,
+                           "has another number of patches than the head says");
+    for (uint32_t c = 0; c < head->channel_count; c++)
+        if (channel_bytes[c] != head->channels[c].bytes)
+            return fail_at(ctx, store, "channel", c,
+                           "has another number of bytes than the head says");
+    if (sums->topology_bytes != head->topology_bytes)
+        return tl_fail(ctx, TL_ERR_DATA, "'%s': its topology has %llu bytes, its head says %llu",
+                       store->reader.path, (unsigned long long)sums->topology_bytes,
+                       (unsigned long long)head->topology_bytes);
+    /* outputs are ascending and have the right producer: with equal counts each is there once */
+    if (sums->outputs != sums->produced)
+        return tl_fail(ctx, TL_ERR_DATA, "'%s': %llu patches have a producer, %llu are outputs",
+                       store->reader.path, (unsigned long long)sums->produced,
+                       (unsigned long long)sums->outputs);
+    return TL_OK;
+}
+
+static tl_status check_index(tl_ctx *ctx, const tl_store *store)
+{
+    const tl_store_head *head = &store->head;
+    check_sums sums = {0};
+    tl_status st = TL_OK;
+    uint64_t *channel_bytes = tl_mem_zalloc(ctx, head->channel_count, sizeof *channel_bytes, &st);
+    for (uint32_t s = 0; !st && s < head->segment_count; s++)
+        st = check_segment(ctx, store, s, &sums);
+    for (uint32_t p = 0; !st && p < head->patch_count; p++)
+        st = check_patch(ctx, store, p, &sums, channel_bytes);
+    if (!st) st = check_sums_agree(ctx, store, &sums, channel_bytes);
+    tl_mem_free(ctx, channel_bytes);
+    return st;
+}
+
+/* ---- the blobs ---- */
+
+static tl_status check_blobs(tl_ctx *ctx, const tl_store *store)
+{
+    const tl_store_head *head = &store->head;
+    tl_status st = TL_OK;
+    for (uint32_t p = 0; !st && p < head->root_patch_count; p += REPORT_PATCHES) {
+        const uint32_t left = head->root_patch_count - p;
+        st = tl_progress(ctx, STAGE, p, head->patch_count);
+        if (!st)
+            st =
+                tli_store_check_group(ctx, store, p, left < REPORT_PATCHES ? left : REPORT_PATCHES);
+    }
+    for (uint32_t s = 0; !st && s < head->segment_count; s++) {
+        tl_segment_info info;
+        st = tl_store_segment(ctx, store, s, &info);
+        if (!st) st = tl_progress(ctx, STAGE, info.first_patch, head->patch_count);
+        if (!st) st = tli_store_check_group(ctx, store, info.first_patch, info.patch_count);
+    }
+    return st ? st : tl_progress(ctx, STAGE, head->patch_count, head->patch_count);
+}
+
+tl_status tl_store_check(tl_ctx *ctx, const tl_store *store, tl_check_level level)
+{
+    tl_status st = check_size(ctx, store);
+    if (!st) st = check_padding(ctx, store);
+    if (!st) st = check_index(ctx, store);
+    if (!st && level == TL_CHECK_FULL) st = check_blobs(ctx, store);
+    return st;
+}
