@@ -60,7 +60,9 @@ class Symbols(unittest.TestCase):
         self.assertEqual([], sorted(n for n in names if not n.startswith(("tl_", "tli_"))))
 
     def test_no_mutable_globals(self):
-        self.assertEqual([], mutable_globals(os.path.join(BUILD, "libtetralod.a")))
+        # The lock stands for one that is METIS's: rand(), which the whole process shares.
+        allowed = {"rand_lock in .bss"}
+        self.assertEqual([], sorted(set(mutable_globals(os.path.join(BUILD, "libtetralod.a"))) - allowed))
 
     def test_mutable_globals_are_found(self):
         code = ("static int seed = 1;\nstatic const char *const names[] = {\"a\", 0};\n"

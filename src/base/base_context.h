@@ -24,9 +24,9 @@ struct tl_ctx {
     size_t own_bytes; /* of this block; not counted in current_bytes */
     atomic_size_t current_bytes, peak_bytes;
     pthread_mutex_t log_mutex;
-    tli_pool *pool;        /* NULL with one thread */
-    bool in_parallel;      /* a tli_parallel is running; changed by the owner's thread alone */
-    uint64_t file_fail_in; /* file operations until one fails on purpose; 0: never */
+    tli_pool *pool;   /* NULL with one thread */
+    bool in_parallel; /* a tli_parallel is running; changed by the owner's thread alone */
+    _Atomic uint64_t file_fail_in; /* file operations until one fails on purpose; 0: never */
     unsigned thread_count;
     tli_message messages[]; /* [thread_count], one a worker; [0] is the caller's */
 };

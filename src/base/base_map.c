@@ -19,7 +19,9 @@ static const uint8_t no_bytes[1];
 
 bool tli_file_fault(tl_ctx *ctx)
 {
-    if (!ctx->file_fail_in || --ctx->file_fail_in) return false;
+    uint64_t left = atomic_load(&ctx->file_fail_in);
+    while (left && !atomic_compare_exchange_weak(&ctx->file_fail_in, &left, left - 1)) continue;
+    if (left != 1) return false;
     errno = EIO;
     return true;
 }

@@ -48,7 +48,8 @@ typedef struct tli_grid {
     /* either structured blocks ... */
     tli_grid_block *blocks;
     uint32_t block_count;
-    uint8_t *blanks; /* [point_count] or NULL; 0: the point is missing (iblank) */
+    uint32_t odd_blocks; /* 1: the first cell of a block is cut as an odd one: part of a whole */
+    uint8_t *blanks;     /* [point_count] or NULL; 0: the point is missing (iblank) */
 
     /* ... or (block_count 0) a list of cells in VTK's types and vertex orders. A tets-only file may
      * leave types NULL: every cell is then a VTK_TETRA and offsets may be NULL too. */

@@ -108,7 +108,8 @@ static unsigned cell_tets(const cell_walk *walk, tli_shape shape, const tl_lidx 
 {
     *repeated = 0;
     if (!walk->t->grid->block_count) return tli_split_cell(shape, corners, tets, repeated);
-    unsigned parity = (walk->at[0] + walk->at[1] + walk->at[2]) & 1;
+    uint32_t odd = walk->t->grid->odd_blocks;
+    unsigned parity = (walk->at[0] + walk->at[1] + walk->at[2] + odd) & 1;
     unsigned count = (unsigned)walk->t->opts.split;
     const uint8_t(*table)[4] = count == 5 ? tli_split_five[parity] : tli_split_six;
     for (unsigned i = 0; i < count; i++)
@@ -126,7 +127,7 @@ static tl_status check_point_count(const cell_walk *walk, tli_cell_type type)
     unsigned expected = type.points ? type.points : tli_shape_corners(type.shape);
     if (type.points ? points == expected : points >= expected) return TL_OK;
     return tl_fail(walk->t->ctx, TL_ERR_FORMAT, "cell %llu (%s): %llu points, expected %s%u",
-                   (unsigned long long)cell, tl_cell_kind_name(type.kind),
+                   (unsigned long long)(walk->t->cell_first + cell), tl_cell_kind_name(type.kind),
                    (unsigned long long)points, type.points ? "" : "at least ", expected);
 }
 
@@ -334,7 +335,7 @@ static tl_status forget_plain_types(tli_tets *t)
     return TL_OK;
 }
 
-static tl_status prepare(tli_tets *t)
+tl_status tli_tets_prepare(tli_tets *t)
 {
     tl_status st = TL_OK;
     size_t pieces = (size_t)(t->cell_count / TLI_TETS_GRAIN + 2);
@@ -495,7 +496,7 @@ static tl_status make_mesh(tli_tets *t, int region_index, tl_mesh **mesh)
     return st;
 }
 
-static void release(tli_tets *t)
+void tli_tets_release(tli_tets *t)
 {
     tl_mem_free(t->ctx, t->region_name);
     tl_mem_free(t->ctx, t->regions);
@@ -508,34 +509,45 @@ static void release(tli_tets *t)
     tli_grid_release(t->grid);
 }
 
+tl_status tli_tets_open(tli_tets *t, tli_grid *grid, const tl_read_opts *opts)
+{
+    *t = (tli_tets){.ctx = grid->ctx, .grid = grid};
+    tl_status st = check_options(t->ctx, opts, &t->opts);
+    return st ? st : check_grid(t);
+}
+
+tl_status tli_tets_split(tli_tets *t)
+{
+    tl_status st = tli_tets_prepare(t);
+    if (!st) st = tli_tets_mark_missing(t);
+    if (!st) st = forget_plain_types(t);
+    if (!st) st = count_tets(t);
+    return st ? st : build_tets(t);
+}
+
 tl_status tli_grid_to_mesh(tli_grid *grid, const tl_read_opts *opts, tl_mesh **mesh,
                            tl_read_report *report)
 {
-    tli_tets t = {.ctx = grid->ctx, .grid = grid};
+    tli_tets t;
     int region_index = -1;
     *mesh = NULL;
-    tl_status st = check_options(t.ctx, opts, &t.opts);
-    if (!st) st = check_grid(&t);
-    if (!st) st = prepare(&t);
-    if (!st) st = tl_progress(t.ctx, "tets", 0, 4);
-    if (!st) st = tli_tets_mark_missing(&t);
-    if (!st) st = forget_plain_types(&t);
+    tl_status st = tli_tets_open(&t, grid, opts);
+    if (!st) st = tl_progress(t.ctx, "tets", 0, 3);
+    if (!st) st = tli_tets_split(&t);
     if (!st) st = tli_tets_find_region(&t, &region_index);
-    if (!st) st = count_tets(&t);
-    if (!st) st = tl_progress(t.ctx, "tets", 1, 4);
-    if (!st) st = build_tets(&t);
-    if (!st) st = tl_progress(t.ctx, "tets", 2, 4);
+    if (!st) st = tl_progress(t.ctx, "tets", 1, 3);
     if (!st) st = leave_unused_out(&t);
-    if (!st) st = tl_progress(t.ctx, "tets", 3, 4);
+    if (!st) st = tl_progress(t.ctx, "tets", 2, 3);
     if (!st) st = make_mesh(&t, region_index, mesh);
-    if (!st) st = tl_progress(t.ctx, "tets", 4, 4);
+    if (!st) st = tl_progress(t.ctx, "tets", 3, 3);
     if (!st) {
+        tli_tets_sum(&t);
         tli_tets_report(&t);
         if (report) *report = t.report;
     } else {
         tl_mesh_destroy(*mesh);
         *mesh = NULL;
     }
-    release(&t);
+    tli_tets_release(&t);
     return st;
 }

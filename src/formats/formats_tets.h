@@ -36,6 +36,7 @@ typedef struct tli_tets {
     tli_tally sum;
 
     uint64_t cell_count;
+    uint64_t cell_first;   /* of the data set, where this is a part of it; for messages */
     uint64_t *block_first; /* [block_count + 1] first cell of each structured block */
     uint8_t *point_marks;  /* [point_count] */
     uint8_t *cell_marks;   /* [cell_count] */
@@ -52,7 +53,19 @@ typedef struct tli_tets {
 /* Consumes vtkGhostType, iblank and fill values: marks points and cells. formats_missing.c */
 tl_status tli_tets_mark_missing(tli_tets *t);
 
-/* Fills t->report and says what it counts. formats_tets_report.c */
+/* The steps of tli_grid_to_mesh, for those who split a data set part by part. formats_tets.c */
+/* Checks options and counts; takes over what grid holds. */
+tl_status tli_tets_open(tli_tets *t, tli_grid *grid, const tl_read_opts *opts);
+/* Makes room for marks. */
+tl_status tli_tets_prepare(tli_tets *t);
+/* Does that, marks what is missing, then makes t->tets out of the cells, which go. */
+tl_status tli_tets_split(tli_tets *t);
+/* After tli_tets_open, also a failed one. */
+void tli_tets_release(tli_tets *t);
+
+/* Adds what the threads counted to t->sum. formats_tets_report.c */
+void tli_tets_sum(tli_tets *t);
+/* Fills t->report out of t->sum and says what it counts. */
 void tli_tets_report(tli_tets *t);
 
 /* Fields: everything below is in formats_tets_fields.c. */
@@ -62,6 +75,8 @@ tl_status tli_tets_find_region(tli_tets *t, int *index);
 tl_status tli_tets_make_regions(tli_tets *t, int index);
 /* Sets t->regions from those of the grid. */
 tl_status tli_tets_take_regions(tli_tets *t);
+/* Values of cells become values of tets. */
+tl_status tli_tets_repeat(const tli_tets *t, tli_grid_array *array);
 /* Cell data to point data, volume-weighted; all cell arrays but the one of the regions. */
 tl_status tli_tets_average_cells(tli_tets *t, int region_index);
 /* Moves all arrays into the mesh. */

@@ -75,9 +75,9 @@ tl_status tli_tets_make_regions(tli_tets *t, int index)
         if (!count) continue;
         double id = round(array->values[cell]) + 0.0; /* never -0 */
         if (!tl_scalar_holds(TL_I32, id))
-            return tl_fail(t->ctx, TL_ERR_DATA,
-                           "cell %llu: '%s' is %g, a region is a 32-bit integer",
-                           (unsigned long long)cell, array->name, array->values[cell]);
+            return tl_fail(
+                t->ctx, TL_ERR_DATA, "cell %llu: '%s' is %g, a region is a 32-bit integer",
+                (unsigned long long)(t->cell_first + cell), array->name, array->values[cell]);
         for (unsigned i = 0; i < count; i++) t->regions[tet++] = (int32_t)id;
     }
     return TL_OK;
@@ -114,9 +114,10 @@ static tl_status repeat_piece(void *arg, size_t begin, size_t end, unsigned work
     return TL_OK;
 }
 
-static tl_status repeat_values(const tli_tets *t, tli_grid_array *array)
+tl_status tli_tets_repeat(const tli_tets *t, tli_grid_array *array)
 {
     tl_status st = TL_OK;
+    if (t->one_to_one) return TL_OK;
     size_t tuple = array->components * sizeof(double);
     repeat_job job = {t, array, tl_mem_alloc(t->ctx, t->tet_count, tuple, &st)};
     if (st) return st;
@@ -301,7 +302,7 @@ tl_status tli_tets_hand_over(tli_tets *t, tl_mesh *mesh)
     for (uint32_t i = 0; i < grid->point_array_count && !st; i++)
         st = hand_array(t, mesh, TL_ON_VERTEX, &grid->point_arrays[i]);
     for (uint32_t i = 0; i < grid->cell_array_count && !st; i++) {
-        if (!t->one_to_one) st = repeat_values(t, &grid->cell_arrays[i]);
+        st = tli_tets_repeat(t, &grid->cell_arrays[i]);
         if (!st) st = hand_array(t, mesh, TL_ON_TET, &grid->cell_arrays[i]);
     }
     return st;

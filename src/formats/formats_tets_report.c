@@ -5,13 +5,17 @@
 #include <stdio.h>
 #include <string.h>
 
-static void sum_tallies(tli_tets *t)
+void tli_tets_sum(tli_tets *t)
 {
     uint64_t *sum = (uint64_t *)&t->sum;
     for (unsigned w = 0; t->tallies && w < tl_ctx_thread_count(t->ctx); w++) {
         const uint64_t *one = (const uint64_t *)&t->tallies[w];
         for (size_t i = 0; i < sizeof t->sum / sizeof *sum; i++) sum[i] += one[i];
     }
+}
+
+static void fill_report(tli_tets *t)
+{
     tl_read_report *r = &t->report;
     memcpy(r->cells, t->sum.cells, sizeof r->cells);
     r->ghost_cells = t->sum.ghosts;
@@ -72,6 +76,6 @@ static void say_what_changed(tli_tets *t)
 
 void tli_tets_report(tli_tets *t)
 {
-    sum_tallies(t);
+    fill_report(t);
     say_what_changed(t);
 }

@@ -5,7 +5,7 @@
 #include "formats/formats_vtkxml.h"
 
 /* Field data belong to the whole; of them the time value alone is taken. */
-static tl_status read_time(tli_vx_file *file)
+tl_status tli_vx_time_read(tli_vx_file *file)
 {
     size_t left_out = 0;
     tl_status st = TL_OK;
@@ -29,7 +29,7 @@ tl_status tli_read_vtk_xml(tl_ctx *ctx, const tli_map *map, const char *path, tl
 {
     tli_vx_file file;
     tl_status st = tli_vx_head_read(ctx, map, &file);
-    if (!st) st = read_time(&file);
+    if (!st) st = tli_vx_time_read(&file);
     if (!st)
         st = file.kind == TLI_VX_UNSTRUCTURED ? tli_vx_read_unstructured(&file, grid)
                                               : tli_vx_read_structured(&file, grid);

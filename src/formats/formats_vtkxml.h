@@ -112,6 +112,16 @@ typedef struct tli_vx_target {
 tl_status tli_vx_read(tli_vx_file *file, const tli_vx_array *array, uint64_t count,
                       const tli_vx_target *target);
 
+/* Whether ranges of it can be read: plain bytes. */
+static inline bool tli_vx_has_parts(const tli_vx_file *file, const tli_vx_array *array)
+{
+    return array->coding == TLI_VX_RAW && file->packing == TLI_VX_PLAIN;
+}
+/* Numbers [first, first + count) of an open array that has parts, to the start of target; the pages
+ * of the file that they stand in are given back. Runs on the pool. */
+tl_status tli_vx_read_part(tli_vx_file *file, const tli_vx_array *array, uint64_t first,
+                           uint64_t count, const tli_vx_target *target);
+
 /* For the two halves of the decoding: decodes chars [0, 4 * byte_count / 3) of base64 without white
  * space or padding; false if a character is none. */
 bool tli_base64_decode(const char *text, size_t byte_count, uint8_t *bytes);
@@ -133,6 +143,20 @@ tl_status tli_vx_unpack(tli_vx_unpacker *unpacker, const uint8_t *packed, size_t
 /* The most bytes that so many packed ones can become. */
 uint64_t tli_vx_unpacked_max(tli_vx_packing packing, uint64_t packed_bytes);
 
+/* A field that all pieces have. */
+typedef struct tli_vx_field {
+    size_t index; /* in the lead piece */
+    uint32_t components;
+    tl_scalar scalar;
+    tli_span name;
+} tli_vx_field;
+/* The fields on points or cells, opened and checked. Gives fields [*count]. */
+tl_status tli_vx_fields_find(tli_vx_file *file, tl_on on, tli_vx_field **fields, size_t *count);
+/* Its array in a piece. */
+tli_vx_array *tli_vx_field_in(const tli_vx_file *file, tl_on on, const tli_vx_field *field,
+                              const tli_vx_piece *piece);
+/* As grids name it. */
+void tli_vx_field_name(const tli_vx_field *field, char *name, size_t name_bytes);
 /* Fills point_arrays and cell_arrays of a grid whose counts are set. box: extent of the whole for
  * structured kinds, else NULL. */
 tl_status tli_vx_fields_read(tli_vx_file *file, const int64_t box[6], tli_grid *grid);
@@ -141,6 +165,15 @@ tl_status tli_vx_fields_read(tli_vx_file *file, const int64_t box[6], tli_grid *
 tl_status tli_vx_read_placed(tli_vx_file *file, const tli_vx_array *array, uint32_t components,
                              const uint64_t place[3], const uint64_t counts[3],
                              const uint64_t whole[3], double *values);
+
+/* Counts the points and cells of an unstructured file into grid, numbers its pieces and opens what
+ * describes their points and cells. */
+tl_status tli_vx_unstructured_open(tli_vx_file *file, tli_grid *grid);
+/* "array ...: value cell is end, expected at least last, the one before it". */
+tl_status tli_vx_fail_offset(const tli_vx_file *file, const tli_vx_array *ends, uint64_t cell,
+                             uint64_t end, uint64_t last);
+/* Sets file->time from field data. */
+tl_status tli_vx_time_read(tli_vx_file *file);
 
 tl_status tli_vx_read_unstructured(tli_vx_file *file, tli_grid *grid);
 tl_status tli_vx_read_structured(tli_vx_file *file, tli_grid *grid);

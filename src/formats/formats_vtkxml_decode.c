@@ -17,10 +17,11 @@ typedef struct read_job {
     const tli_vx_array *array;
     const tli_vx_target *target;
     uint64_t count;
-    const uint8_t *bytes;        /* plain: the numbers; packed: the blocks; NULL: in base64 */
-    const char *base64;          /* clean characters */
-    uint32_t skip_bytes;         /* of the first base64 groups */
-    uint8_t *decoded;            /* where bytes in base64 go that are no numbers yet */
+    uint64_t first;       /* in the array, of the number that is 0 in the target; for messages */
+    const uint8_t *bytes; /* plain: the numbers; packed: the blocks; NULL: in base64 */
+    const char *base64;   /* clean characters */
+    uint32_t skip_bytes;  /* of the first base64 groups */
+    uint8_t *decoded;     /* where bytes in base64 go that are no numbers yet */
     tli_vx_unpacker **unpackers; /* [threads] */
     uint8_t **buffers;           /* [threads][block_bytes], or NULL */
 } read_job;
@@ -434,4 +435,21 @@ tl_status tli_vx_read(tli_vx_file *file, const tli_vx_array *array, uint64_t cou
     read_job job = {.file = file, .array = array, .target = target, .count = count};
     if (array->coding == TLI_VX_ASCII) return read_ascii(&job);
     return file->packing == TLI_VX_PLAIN ? read_plain(&job) : read_packed(&job);
+}
+
+tl_status tli_vx_read_part(tli_vx_file *file, const tli_vx_array *array, uint64_t first,
+                           uint64_t count, const tli_vx_target *target)
+{
+    if (count == 0) return TL_OK;
+    TL_ASSERT(array->is_open && tli_vx_has_parts(file, array));
+    TL_ASSERT(count <= array->value_count && first <= array->value_count - count);
+    const uint64_t width = tl_scalar_bytes(array->scalar);
+    const uint8_t *data = (const uint8_t *)array->run.text + array->data_chars + first * width;
+    read_job job = {.file = file, .array = array, .target = target, .count = count};
+    job.first = first;
+    job.bytes = data;
+    tl_status st = tli_parallel(file->ctx, (size_t)count, GRAIN_VALUES, read_plain_values, &job);
+    const uint64_t ofs = (uint64_t)(data - file->map->bytes);
+    tli_map_forget(file->map, ofs, ofs + count * width);
+    return st;
 }

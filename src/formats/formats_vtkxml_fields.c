@@ -1,6 +1,7 @@
 /* VTK XML: point and cell data. The arrays of the first piece are taken as far as all pieces have
  * them with as many components; what is left out is said. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "formats/formats_vtkxml.h"
@@ -51,15 +52,9 @@ static tl_status find_components(tli_vx_file *file, tli_vx_array *array, uint64_
     return tli_vx_open_expecting(file, array, total);
 }
 
-typedef struct field {
-    size_t index; /* in the lead piece */
-    uint32_t components;
-    tl_scalar scalar;
-} field;
-
 /* Checks one array of the lead in all pieces, before anything is allocated for it. */
-static tl_status check_field(tli_vx_file *file, const tli_vx_piece *lead, tl_on on, field *out,
-                             bool *is_complete)
+static tl_status check_field(tli_vx_file *file, const tli_vx_piece *lead, tl_on on,
+                             tli_vx_field *out, bool *is_complete)
 {
     char label[128];
     tli_vx_array *first = &file->arrays[lead->first_array + out->index];
@@ -134,13 +129,12 @@ static tl_status read_piece_values(tli_vx_file *file, const tli_vx_piece *piece,
 }
 
 static tl_status read_field(tli_vx_file *file, const tli_vx_piece *lead, tl_on on,
-                            const field *what, const int64_t *box, tli_grid *grid)
+                            const tli_vx_field *what, const int64_t *box, tli_grid *grid)
 {
     char name[256];
     tli_grid_array *array;
-    tli_span_text(file->arrays[lead->first_array + what->index].name, name, sizeof name);
-    tl_status st = tli_grid_add(grid, on, name[0] ? name : "unnamed", what->components,
-                                what->scalar, NULL, &array);
+    tli_vx_field_name(what, name, sizeof name);
+    tl_status st = tli_grid_add(grid, on, name, what->components, what->scalar, NULL, &array);
     if (!st && box && file->piece_count > 1) /* what no piece covers */
         for (uint64_t i = 0; i < array->count * array->components; i++)
             array->values[i] = (double)NAN;
@@ -153,21 +147,58 @@ static tl_status read_field(tli_vx_file *file, const tli_vx_piece *lead, tl_on o
     return st;
 }
 
-static tl_status read_fields_on(tli_vx_file *file, tl_on on, const int64_t *box, tli_grid *grid)
+/* The first piece that has elements; NULL if none has. */
+static const tli_vx_piece *lead_of(const tli_vx_file *file, tl_on on)
+{
+    for (size_t p = 0; p < file->piece_count; p++)
+        if (elements_of(&file->pieces[p], on)) return &file->pieces[p];
+    return NULL;
+}
+
+tli_vx_array *tli_vx_field_in(const tli_vx_file *file, tl_on on, const tli_vx_field *field,
+                              const tli_vx_piece *piece)
+{
+    return match(file, lead_of(file, on), field->index, piece);
+}
+
+void tli_vx_field_name(const tli_vx_field *field, char *name, size_t name_bytes)
+{
+    tli_span_text(field->name, name, name_bytes);
+    if (!name[0]) snprintf(name, name_bytes, "unnamed");
+}
+
+tl_status tli_vx_fields_find(tli_vx_file *file, tl_on on, tli_vx_field **fields, size_t *count)
 {
     tli_vx_section section = on == TL_ON_VERTEX ? TLI_VX_POINT_DATA : TLI_VX_CELL_DATA;
-    size_t lead = 0;
-    while (lead < file->piece_count && elements_of(&file->pieces[lead], on) == 0) lead++;
-    if (lead == file->piece_count) return TL_OK;
-    const tli_vx_piece *piece = &file->pieces[lead];
+    const tli_vx_piece *piece = lead_of(file, on);
     tl_status st = TL_OK;
+    *fields = NULL;
+    *count = 0;
+    if (!piece) return TL_OK;
+    tli_vx_field *found = tl_mem_alloc(file->ctx, piece->array_count, sizeof *found, &st);
     for (size_t i = 0; !st && i < piece->array_count; i++) {
-        field what = {.index = i};
+        const tli_vx_array *array = &file->arrays[piece->first_array + i];
+        tli_vx_field what = {.index = i, .name = array->name};
         bool is_complete;
-        if (file->arrays[piece->first_array + i].section != section) continue;
+        if (array->section != section) continue;
         st = check_field(file, piece, on, &what, &is_complete);
-        if (!st && is_complete) st = read_field(file, piece, on, &what, box, grid);
+        if (!st && is_complete) found[(*count)++] = what;
     }
+    if (st)
+        tl_mem_free(file->ctx, found);
+    else
+        *fields = found;
+    return st;
+}
+
+static tl_status read_fields_on(tli_vx_file *file, tl_on on, const int64_t *box, tli_grid *grid)
+{
+    tli_vx_field *fields;
+    size_t count;
+    tl_status st = tli_vx_fields_find(file, on, &fields, &count);
+    for (size_t i = 0; !st && i < count; i++)
+        st = read_field(file, lead_of(file, on), on, &fields[i], box, grid);
+    tl_mem_free(file->ctx, fields);
     return st;
 }
 

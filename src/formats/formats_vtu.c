@@ -78,6 +78,16 @@ static tl_status open_cells(tli_vx_file *file, const tli_vx_piece *piece)
     return st;
 }
 
+tl_status tli_vx_fail_offset(const tli_vx_file *file, const tli_vx_array *ends, uint64_t cell,
+                             uint64_t end, uint64_t last)
+{
+    char label[128];
+    tli_vx_label(ends, label, sizeof label);
+    return tl_fail(file->ctx, TL_ERR_FORMAT,
+                   "array %s: value %llu is %llu, expected at least %llu, the one before it", label,
+                   (unsigned long long)cell, (unsigned long long)end, (unsigned long long)last);
+}
+
 /* Reads the ends of the cells of a piece behind the first *length entries of connectivity, which
  * grow by those of the piece. */
 static tl_status read_offsets(tli_vx_file *file, const tli_vx_piece *piece, tli_grid *grid,
@@ -89,15 +99,8 @@ static tl_status read_offsets(tli_vx_file *file, const tli_vx_piece *piece, tli_
     tli_vx_target target = {.u64 = offsets + 1, .limit = points->value_count + 1, .add = *length};
     tl_status st = tli_vx_read(file, ends, piece->cell_count, &target);
     for (uint64_t i = 0; !st && i < piece->cell_count; i++)
-        if (offsets[i + 1] < offsets[i]) {
-            char label[128];
-            tli_vx_label(ends, label, sizeof label);
-            st = tl_fail(file->ctx, TL_ERR_FORMAT,
-                         "array %s: value %llu is %llu, expected at least %llu, the one before it",
-                         label, (unsigned long long)i,
-                         (unsigned long long)(offsets[i + 1] - *length),
-                         (unsigned long long)(offsets[i] - *length));
-        }
+        if (offsets[i + 1] < offsets[i])
+            st = tli_vx_fail_offset(file, ends, i, offsets[i + 1] - *length, offsets[i] - *length);
     if (!st) *length = offsets[piece->cell_count];
     return st;
 }
@@ -142,8 +145,6 @@ static void drop_tet_types(tli_grid *grid)
 static tl_status read_cells(tli_vx_file *file, tli_grid *grid)
 {
     tl_status st = TL_OK;
-    for (size_t p = 0; !st && p < file->piece_count; p++) st = open_cells(file, &file->pieces[p]);
-    if (st) return st;
     uint64_t length = 0;
     grid->offsets =
         tl_mem_alloc(file->ctx, (size_t)grid->cell_count + 1, sizeof *grid->offsets, &st);
@@ -157,9 +158,16 @@ static tl_status read_cells(tli_vx_file *file, tli_grid *grid)
     return st;
 }
 
-tl_status tli_vx_read_unstructured(tli_vx_file *file, tli_grid *grid)
+tl_status tli_vx_unstructured_open(tli_vx_file *file, tli_grid *grid)
 {
     tl_status st = place_pieces(file, grid);
+    for (size_t p = 0; !st && p < file->piece_count; p++) st = open_cells(file, &file->pieces[p]);
+    return st;
+}
+
+tl_status tli_vx_read_unstructured(tli_vx_file *file, tli_grid *grid)
+{
+    tl_status st = tli_vx_unstructured_open(file, grid);
     if (!st) st = read_points(file, grid);
     if (!st) st = read_cells(file, grid);
     if (!st) st = tli_vx_fields_read(file, NULL, grid);

@@ -1,0 +1,246 @@
+/* Segments: the same tets, vertices and values as the mesh in memory has, for every kind of input,
+ * any number of threads and any memory; links, neighbours and opposites that hold. */
+#include "check.h"
+
+#include "make_mesh.h"
+
+#include "tetralod/segment.h"
+
+static tl_ctx *make_ctx(unsigned threads)
+{
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.thread_count = threads;
+    tl_ctx *ctx = NULL;
+    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
+    return ctx;
+}
+
+static double slope(const double x[3])
+{
+    return x[0] + 10 * x[1] - 3 * x[2];
+}
+
+/* ---- comparing with a mesh in memory ---- */
+
+typedef struct known_tet {
+    tl_lidx ids[4];
+    size_t index;
+} known_tet;
+
+static int compare_known(const void *a, const void *b)
+{
+    return memcmp(a, b, sizeof(tl_lidx) * 4);
+}
+
+/* Every tet of the mesh is in exactly one segment, with its corners in the same order, and with the
+ * places and values of vertices and tets. Ids are indices of the mesh, after ids [vert_count] of
+ * the source where there are any. */
+static void check_same(tl_ctx *ctx, const tl_segments *segments, const tl_mesh *mesh,
+                       const uint64_t *ids)
+{
+    const size_t tets = tl_mesh_tet_count(mesh), verts = tl_mesh_vert_count(mesh);
+    known_tet *known = calloc(tets + 1, sizeof *known);
+    uint8_t *seen = calloc(tets + 1, 1), *seen_vert = calloc(verts + 1, 1);
+    size_t *local_of = calloc((size_t)tl_segments_id_end(segments) + 1, sizeof *local_of);
+    for (size_t v = 0; v < verts; v++) local_of[ids ? ids[v] : v] = v;
+    for (size_t t = 0; t < tets; t++) {
+        memcpy(known[t].ids, tl_mesh_tets(mesh) + 4 * t, sizeof known[t].ids);
+        known[t].index = t;
+    }
+    qsort(known, tets, sizeof *known, compare_known);
+    CHECK_EQ(tl_segments_tet_count(segments), tets);
+    CHECK_EQ(tl_segments_channel_count(segments), tl_mesh_channel_count(mesh));
+    CHECK_EQ(tl_segments_has_regions(segments), tl_mesh_regions(mesh) != NULL);
+    size_t owned = 0, used = 0;
+    for (uint32_t s = 0; s < tl_segments_count(segments); s++) {
+        tl_segment seg;
+        CHECK_OK(ctx, tl_segments_load(ctx, segments, s, &seg));
+        CHECK(seg.tet_count > 0 && seg.tet_count <= TL_SEGMENT_MAX);
+        CHECK(seg.vert_count <= TL_SEGMENT_MAX);
+        size_t last = 0;
+        for (uint32_t v = 0; v < seg.vert_count; v++) {
+            size_t at = local_of[seg.vert_ids[v]];
+            CHECK(memcmp(tl_mesh_xyz(mesh) + 3 * at, seg.xyz + 3 * v, 24) == 0);
+            owned += !(seg.links[v] & TL_LINK_COPY);
+            used += !seen_vert[at];
+            seen_vert[at] = 1;
+        }
+        for (uint32_t t = 0; t < seg.tet_count; t++) {
+            known_tet wanted;
+            for (int i = 0; i < 4; i++) {
+                CHECK(seg.tets[4 * t + i] < seg.vert_count);
+                wanted.ids[i] = (tl_lidx)local_of[seg.vert_ids[seg.tets[4 * t + i]]];
+            }
+            const known_tet *found = bsearch(&wanted, known, tets, sizeof *known, compare_known);
+            CHECK(found != NULL);
+            CHECK(!seen[found->index]);
+            seen[found->index] = 1;
+            CHECK(t == 0 || found->index > last);
+            last = found->index;
+            if (seg.regions) CHECK_EQ(seg.regions[t], tl_mesh_regions(mesh)[last]);
+            for (size_t c = 0; c < tl_mesh_channel_count(mesh); c++) {
+                const tl_channel *channel = tl_mesh_channel(mesh, c);
+                const tl_segment_channel *mine = tl_segments_channel(segments, c);
+                CHECK(strcmp(channel->name, mine->name) == 0 && channel->on == mine->on);
+                size_t bytes = channel->components * sizeof(double);
+                uint32_t stride = tl_segments_components(segments, channel->on);
+                if (channel->on == TL_ON_TET)
+                    CHECK(memcmp(channel->values + last * channel->components,
+                                 seg.tet_values + t * stride + mine->first, bytes) == 0);
+                for (int i = 0; channel->on == TL_ON_VERTEX && i < 4; i++)
+                    CHECK(memcmp(channel->values + wanted.ids[i] * channel->components,
+                                 seg.values + seg.tets[4 * t + i] * stride + mine->first,
+                                 bytes) == 0);
+            }
+        }
+        tl_segment_release(ctx, &seg);
+    }
+    CHECK_EQ(owned, used);
+    CHECK_EQ(used, tl_segments_vert_count(segments));
+    for (size_t t = 0; t < tets; t++) CHECK(seen[t]);
+    free(local_of);
+    free(seen_vert);
+    free(seen);
+    free(known);
+}
+
+static tl_segments *build_mesh(tl_ctx *ctx, const make_mesh *m, tl_segment_opts opts)
+{
+    tl_mesh *mesh = make_object(ctx, m, slope);
+    tl_segments *segments = NULL;
+    CHECK_OK(ctx, tl_segments_build_mesh(ctx, mesh, &opts, NULL, &segments));
+    check_same(ctx, segments, mesh, NULL);
+    tl_mesh_destroy(mesh);
+    return segments;
+}
+
+static void test_meshes(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = make_ctx(2);
+    tl_segment_opts opts = tl_segment_opts_defaults();
+    opts.segment_tets = 500;
+    make_mesh meshes[] = {make_grid(14), make_grid_cavity(10), make_grid(2), make_room(4, 1)};
+    const double corner[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    memcpy(meshes[3].xyz, corner, sizeof corner);
+    for (tl_lidx i = 0; i < 4; i++) meshes[3].tets[i] = i;
+    make_two_regions(&meshes[0]);
+    make_shuffle(&meshes[0], 7);
+    for (size_t i = 0; i < sizeof meshes / sizeof *meshes; i++) {
+        tl_segments *segments = build_mesh(ctx, &meshes[i], opts);
+        printf("%zu tets: %u segments\n", meshes[i].tet_count, tl_segments_count(segments));
+        tl_segments_destroy(segments);
+        make_release(&meshes[i]);
+    }
+    tl_ctx_destroy(ctx);
+}
+
+/* ---- files ---- */
+
+static void test_file(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = make_ctx(2);
+    CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 40, "g.vtu"));
+    tl_mesh *mesh = NULL;
+    tl_read_report whole, windowed;
+    CHECK_OK(ctx, tl_mesh_read(ctx, "g.vtu", NULL, &mesh, &whole));
+    tl_segment_opts opts = tl_segment_opts_defaults();
+    opts.segment_tets = 4000;
+    opts.memory_bytes = TL_SEGMENT_MEMORY_MIN;
+    tl_segments *segments = NULL;
+    CHECK_OK(ctx, tl_segments_build(ctx, "g.vtu", NULL, &opts, NULL, &segments, &windowed));
+    CHECK(memcmp(&whole, &windowed, sizeof whole) == 0);
+    check_same(ctx, segments, mesh, NULL);
+    tl_segments_destroy(segments);
+    tl_mesh_destroy(mesh);
+    tl_ctx_destroy(ctx);
+}
+
+/* ---- the same bytes ---- */
+
+static void *read_all(const char *path, size_t *bytes)
+{
+    FILE *file = fopen(path, "rb");
+    CHECK(file != NULL);
+    fseek(file, 0, SEEK_END);
+    *bytes = (size_t)ftell(file);
+    rewind(file);
+    char *all = malloc(*bytes);
+    CHECK_EQ(fread(all, 1, *bytes, file), *bytes);
+    fclose(file);
+    return all;
+}
+
+/* Any number of threads and any memory, from a file in windows and from the mesh as a whole. */
+static void test_same_bytes(void **state)
+{
+    (void)state;
+    char *first = NULL;
+    size_t first_bytes = 0;
+    for (int i = 0; i < 4; i++) {
+        tl_ctx *ctx = make_ctx(i == 1 ? 3 : 1);
+        if (i == 0) CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 40, "g.vtu"));
+        tl_segment_opts opts = tl_segment_opts_defaults();
+        opts.segment_tets = 3000;
+        opts.memory_bytes = i == 2 ? (uint64_t)1 << 30 : TL_SEGMENT_MEMORY_MIN;
+        tl_segments *segments = NULL;
+        if (i < 3) {
+            CHECK_OK(ctx, tl_segments_build(ctx, "g.vtu", NULL, &opts, "g.seg", &segments, NULL));
+        } else {
+            tl_mesh *mesh = NULL;
+            CHECK_OK(ctx, tl_mesh_read(ctx, "g.vtu", NULL, &mesh, NULL));
+            CHECK_OK(ctx, tl_segments_build_mesh(ctx, mesh, &opts, "g.seg", &segments));
+            tl_mesh_destroy(mesh);
+        }
+        size_t bytes;
+        char *all = read_all("g.seg", &bytes);
+        CHECK_EQ(tl_segments_bytes(segments), bytes);
+        tl_segments_destroy(segments);
+        CHECK_OK(ctx, tl_segments_open(ctx, "g.seg", &segments));
+        CHECK(isnan(tl_segments_time(segments)));
+        CHECK(!tl_segments_has_adjacency(segments));
+        if (first) {
+            CHECK_EQ(bytes, first_bytes);
+            CHECK(memcmp(all, first, bytes) == 0);
+            free(all);
+        } else {
+            first = all;
+            first_bytes = bytes;
+        }
+        tl_segments_destroy(segments);
+        tl_ctx_destroy(ctx);
+    }
+    free(first);
+}
+
+/* Table 6.3 of Sondershaus 2007 has 1.39 to 2.1 for the largest segment over the mean. */
+static void test_balance(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = make_ctx(2);
+    CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 60, "g.vtu"));
+    tl_segment_opts opts = tl_segment_opts_defaults();
+    tl_segments *segments = NULL;
+    CHECK_OK(ctx, tl_segments_build(ctx, "g.vtu", NULL, &opts, NULL, &segments, NULL));
+    uint32_t most = 0, count = tl_segments_count(segments);
+    for (uint32_t s = 0; s < count; s++) {
+        tl_segment_info info = tl_segments_info(segments, s);
+        if (info.tet_count > most) most = info.tet_count;
+    }
+    double mean = (double)tl_segments_tet_count(segments) / count;
+    CHECK_BOUND("largest segment over the mean", most / mean, 1.39);
+    tl_segments_destroy(segments);
+    tl_ctx_destroy(ctx);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_meshes),
+        cmocka_unit_test(test_file),
+        cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test(test_balance),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
