@@ -225,7 +225,7 @@ static void test_balance(void **state)
     CHECK_OK(ctx, tl_segments_build(ctx, "g.vtu", NULL, &opts, NULL, &segments, NULL));
     uint32_t most = 0, count = tl_segments_count(segments);
     for (uint32_t s = 0; s < count; s++) {
-        tl_segment_info info = tl_segments_info(segments, s);
+        tl_segment_summary info = tl_segments_info(segments, s);
         if (info.tet_count > most) most = info.tet_count;
     }
     double mean = (double)tl_segments_tet_count(segments) / count;

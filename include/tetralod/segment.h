@@ -84,14 +84,14 @@ TL_API const tl_segment_channel *tl_segments_channel(const tl_segments *segments
 TL_API uint32_t tl_segments_components(const tl_segments *segments, tl_on on);
 
 /* What is known of a segment without loading it. */
-typedef struct tl_segment_info {
+typedef struct tl_segment_summary {
     uint32_t tet_count, vert_count;
     uint32_t shared_count;      /* vertices that other segments hold as well */
     const uint32_t *neighbours; /* ascending segment ids, borrowed; at slot s + 1 */
     uint32_t neighbour_count;
     double bounds[6]; /* x0, x1, y0, y1, z0, z1 of its vertices, in mesh units */
-} tl_segment_info;
-TL_API tl_segment_info tl_segments_info(const tl_segments *segments, uint32_t segment);
+} tl_segment_summary;
+TL_API tl_segment_summary tl_segments_info(const tl_segments *segments, uint32_t segment);
 
 /* "No face on the other side". */
 #define TL_OPPOSITE_NONE UINT32_MAX

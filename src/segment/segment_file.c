@@ -345,14 +345,14 @@ uint32_t tl_segments_components(const tl_segments *segments, tl_on on)
     return segments->components[on];
 }
 
-tl_segment_info tl_segments_info(const tl_segments *segments, uint32_t segment)
+tl_segment_summary tl_segments_info(const tl_segments *segments, uint32_t segment)
 {
     const tli_segment_entry *entry = &segments->entries[segment];
-    tl_segment_info info = {.tet_count = entry->tet_count,
-                            .vert_count = entry->vert_count,
-                            .shared_count = entry->shared_count,
-                            .neighbours = segments->neighbours + entry->first_neighbour,
-                            .neighbour_count = entry->neighbour_count};
+    tl_segment_summary info = {.tet_count = entry->tet_count,
+                               .vert_count = entry->vert_count,
+                               .shared_count = entry->shared_count,
+                               .neighbours = segments->neighbours + entry->first_neighbour,
+                               .neighbour_count = entry->neighbour_count};
     memcpy(info.bounds, entry->bounds, sizeof info.bounds);
     return info;
 }
