@@ -1,24 +1,42 @@
 /* The default order: rounds of blocks. In each round the vertices are divided into blocks, and
  * inside of every block edges are collapsed cheapest first up to a cost that is the same for all,
- * on all threads. Borders of blocks stay for a round in which they are no borders. The cost rises
- * from round to round so that the result is close to that of one queue over the whole mesh, while
- * each worker stays inside of its cache. The last edges are taken from one queue, so that the count
- * is met. */
+ * on all threads. Borders of blocks stay for a round in which they are no borders. The cost is
+ * taken from the costs of all edges that wait, so that it stays below the one at which a single
+ * queue over the whole mesh would end, while each worker stays inside of its cache. The last edges
+ * are taken from one queue, so that the count is met. */
+#include "base/base_sort.h"
 #include "simplify/simplify_order.h"
 
-/* Vertices of a block: few enough for a cache of some MiB, enough that most are inside; where the
- * mesh is small, as many blocks as keep some threads busy, down to the smaller size. */
-static const size_t BLOCK_VERTS = 12000, BLOCK_VERTS_LEAST = 8000, BLOCKS_WANTED = 10;
-/* A round aims at this part of the tets, as long as the target is farther. */
-static const double ROUND_SHARE = 0.15;
-/* What is left of the way to the target for the last queue. */
-static const double LAST_SHARE = 0.3;
+/* Vertices of a block: few enough for a cache of some MiB, enough that most are inside. A small
+ * mesh has some blocks, too, so that threads have work, but of no fewer vertices than that. */
+static const size_t BLOCK_VERTS = 9000, BLOCKS_LEAST = 8, BLOCK_VERTS_LEAST = 1000;
+/* Fewer vertices go into one queue. */
+static const size_t ROUNDS_FROM = 16000;
+/* A round aims at this part of the tets, or at what is above the target and its margin. */
+static const double ROUND_SHARE = 0.5, MARGIN = 0.05;
+/* Tets above the target, in targets, that are left for the last queue. */
+static const double LAST_SHARE = 0.1;
 /* The first round goes up to this multiple of the median of the vertices' cheapest edges. */
 static const double FIRST_COST = 40, LEAST_COST = 1e-12;
-/* How the number of tets falls with the cost of a round: tets ~ cost^-FALL. Field errors grow with
- * the square of the edge length and costs with their squares, which gives 3 / 7 for one queue;
- * borders that become free add to it. */
-static const double FALL = 0.65;
+/* Tets that go for each edge that a round may collapse: hardly differs from mesh to mesh, so that a
+ * round tells the next one. */
+static const double YIELD = 0.7, YIELD_LEAST = 0.3, YIELD_MOST = 1;
+/* A round that takes away less than this part of the tets is idle; so many end the rounds. */
+static const double IDLE_SHARE = 0.005;
+enum { IDLE_MAX = 2, ROUNDS_MAX = 60 };
+
+/* What goes from round to round. */
+typedef struct rounds {
+    tli_work *work;
+    tli_hand **hands; /* one a worker */
+    tl_lidx *verts;   /* those that live, ascending */
+    size_t vert_count, target;
+    tli_pool pool;   /* edges that wait */
+    tli_tally tally; /* of the pool, once dealt */
+    unsigned number; /* of the round */
+    double cost;     /* up to which it goes */
+    double yield;
+} rounds;
 
 typedef struct round_job {
     tli_hand **hands;
@@ -26,6 +44,7 @@ typedef struct round_job {
     const size_t *vert_starts;
     tli_pool *dealt; /* edges by block, for later rounds; without lists in the first */
     tli_pool *next;  /* receives the edges that wait on: a list a block, list 0 for those in none */
+    const uint32_t *order; /* of the blocks, those with most work first */
     double cost_max;
     tli_log *logs; /* one a block, NULL without a listener */
 } round_job;
@@ -50,7 +69,8 @@ static tl_status run_block(void *arg, size_t begin, size_t end, unsigned worker)
     round_job *job = arg;
     tli_hand *hand = job->hands[worker];
     tl_status st = TL_OK;
-    for (size_t b = begin; !st && b < end; b++) {
+    for (size_t i = begin; !st && i < end; i++) {
+        size_t b = job->order[i];
         hand->in_block = true;
         hand->cost_max = job->cost_max;
         hand->later = &job->next->lists[b + 1];
@@ -101,67 +121,148 @@ static tl_status tell_logs(const tli_work *w, tli_log *logs, size_t count, tl_st
     return st;
 }
 
-static size_t block_size(size_t verts)
+static size_t count_blocks(size_t verts)
 {
-    size_t size = verts / BLOCKS_WANTED;
-    if (size < BLOCK_VERTS_LEAST) size = BLOCK_VERTS_LEAST;
-    return size > BLOCK_VERTS ? BLOCK_VERTS : size;
+    size_t count = verts / BLOCK_VERTS_LEAST;
+    if (count > BLOCKS_LEAST) count = BLOCKS_LEAST;
+    if (count < verts / BLOCK_VERTS) count = verts / BLOCK_VERTS;
+    return count ? count : 1;
 }
 
-static tl_status one_round(tli_work *w, tli_hand **hands, tli_pool *pool, tl_lidx *verts,
-                           unsigned round, double cost_max)
+/* Blocks by the work that waits in them, the most first: a thread that begins a large one late
+ * would keep the others waiting. */
+static tl_status order_blocks(const round_job *job, tl_ctx *ctx, size_t blocks, uint32_t **order)
 {
-    size_t *vert_starts = NULL, blocks = 0, count = tli_work_list_live(w, verts);
-    tl_status st = tli_partition(w, verts, count, block_size(count), round, &vert_starts, &blocks);
-    if (!st && round) st = tli_pool_deal(w, pool, blocks);
-    tli_pool next = {NULL, blocks + 1};
-    next.lists = tl_mem_zalloc(w->ctx, blocks + 1, sizeof *next.lists, &st);
-    if (!st && round) { /* edges that lie in no block wait on */
-        next.lists[0] = pool->lists[0];
-        pool->lists[0] = (tli_edges){0};
+    tl_status st = TL_OK;
+    uint64_t *keys = tl_mem_alloc(ctx, blocks, sizeof *keys, &st);
+    *order = tl_mem_alloc(ctx, blocks, sizeof **order, &st);
+    for (size_t b = 0; !st && b < blocks; b++) {
+        size_t work = job->dealt->lists ? job->dealt->lists[b + 1].count
+                                        : job->vert_starts[b + 1] - job->vert_starts[b];
+        keys[b] = UINT64_MAX - work;
+        (*order)[b] = (uint32_t)b;
     }
-    round_job job = {hands, verts, vert_starts, pool, &next, cost_max, NULL};
-    if (w->listener) job.logs = tl_mem_zalloc(w->ctx, blocks, sizeof *job.logs, &st);
-    if (!st) st = tli_parallel(w->ctx, blocks, 1, run_block, &job);
-    st = tell_logs(w, job.logs, blocks, st);
-    for (unsigned i = 0; !st && i < w->bank_count; i++) st = tli_hand_settle(hands[i]);
-    tli_pool_release(w->ctx, pool);
-    *pool = next;
-    tl_mem_free(w->ctx, vert_starts);
+    if (!st) st = tli_sort_u64(ctx, keys, *order, blocks);
+    tl_mem_free(ctx, keys);
     return st;
 }
 
-/* Rounds down to a little above the target. */
-static tl_status all_rounds(tli_work *w, tli_hand **hands, tl_lidx *verts, size_t target)
+/* Sets the cost at which the round should take away its share, if all edges could be collapsed;
+ * gives the number of edges up to it that can. */
+static size_t aim(rounds *r)
 {
-    tli_pool pool = {0};
-    tl_status st = TL_OK;
-    size_t goal = target + (size_t)((double)target * LAST_SHARE);
-    double cost = sample_cost(hands[0], verts, tli_work_list_live(w, verts));
-    cost = cost > 0 ? FIRST_COST * cost : LEAST_COST;
-    unsigned idle = 0;
-    for (unsigned round = 0; !st && w->tets_live > goal && idle < 4 && round < 60; round++) {
-        size_t before = w->tets_live;
-        double aim = (double)before * ROUND_SHARE;
-        if (aim < (double)goal) aim = (double)goal;
-        if (round) cost *= fmin(pow((double)before / aim, 1 / FALL), 64);
-        st = one_round(w, hands, &pool, verts, round, cost);
-        idle = w->tets_live == before ? idle + 1 : 0;
-        if (!st) st = tli_order_report(w, w->tets_live, target);
+    double live = (double)r->work->tets_live, above = live - (double)r->target * (1 + MARGIN);
+    double wanted = fmin(above, live * ROUND_SHARE) / r->yield;
+    size_t all = 0, inside = 0;
+    uint32_t b = 0;
+    for (; b < TLI_QUEUE_COSTS; b++) {
+        all += r->tally.all[b];
+        inside += r->tally.inside[b];
+        if ((double)all >= wanted) break;
     }
-    tli_pool_release(w->ctx, &pool);
+    r->cost = b < TLI_QUEUE_COSTS ? tli_queue_cost(b) : (double)FLT_MAX;
+    return inside;
+}
+
+/* Vertices and edges to their blocks. */
+static tl_status deal(rounds *r, round_job *job, tl_lidx **sorted, size_t **starts, size_t *blocks)
+{
+    tli_work *w = r->work;
+    r->vert_count = tli_work_list_live(w, r->verts);
+    tl_status st =
+        tli_partition(w, r->verts, r->vert_count, count_blocks(r->vert_count), r->number, blocks);
+    if (!st && r->number) st = tli_pool_deal(w, &r->pool, *blocks, &r->tally);
+    if (!st && !r->number)
+        st = tli_sort_by_block(w, r->verts, r->vert_count, *blocks, sorted, starts);
+    job->verts = *sorted;
+    job->vert_starts = *starts;
+    return st;
+}
+
+static tl_status one_round(rounds *r)
+{
+    tli_work *w = r->work;
+    tl_lidx *sorted = NULL;
+    size_t *starts = NULL, blocks = 0, before = w->tets_live, edges = 0;
+    uint32_t *order = NULL;
+    tli_pool next = {0};
+    round_job job = {.hands = r->hands, .dealt = &r->pool, .next = &next};
+    tl_status st = deal(r, &job, &sorted, &starts, &blocks);
+    next.lists = tl_mem_zalloc(w->ctx, blocks + 1, sizeof *next.lists, &st);
+    if (!st) next.list_count = blocks + 1;
+    if (!st && r->number) { /* edges that lie in no block wait on */
+        edges = aim(r);
+        next.lists[0] = r->pool.lists[0];
+        r->pool.lists[0] = (tli_edges){0};
+    }
+    job.cost_max = r->cost;
+    if (!st) st = order_blocks(&job, w->ctx, blocks, &order);
+    job.order = order;
+    if (w->listener) job.logs = tl_mem_zalloc(w->ctx, blocks, sizeof *job.logs, &st);
+    if (!st) st = tli_parallel(w->ctx, blocks, 1, run_block, &job);
+    st = tell_logs(w, job.logs, blocks, st);
+    for (unsigned i = 0; !st && i < w->bank_count; i++) st = tli_hand_settle(r->hands[i]);
+    if (edges) r->yield = (double)(before - w->tets_live) / (double)edges;
+    r->yield = fmin(fmax(r->yield, YIELD_LEAST), YIELD_MOST);
+    tli_pool_release(w->ctx, &r->pool);
+    r->pool = next;
+    tl_mem_free(w->ctx, order);
+    tl_mem_free(w->ctx, starts);
+    tl_mem_free(w->ctx, sorted);
+    return st;
+}
+
+/* Rounds down to a little above the target, or until they achieve nothing. */
+static tl_status all_rounds(rounds *r)
+{
+    tl_status st = TL_OK;
+    tli_work *w = r->work;
+    size_t last = r->target + (size_t)((double)r->target * LAST_SHARE);
+    double cost = sample_cost(r->hands[0], r->verts, tli_work_list_live(w, r->verts));
+    r->cost = cost > 0 ? FIRST_COST * cost : LEAST_COST;
+    r->yield = YIELD;
+    for (unsigned idle = 0; !st && w->tets_live > last && idle < IDLE_MAX && r->number < ROUNDS_MAX;
+         r->number++) {
+        size_t before = w->tets_live;
+        st = one_round(r);
+        bool little = (double)(before - w->tets_live) < IDLE_SHARE * (double)before;
+        idle = little ? idle + 1 : 0;
+        if (!st) st = tli_order_report(w, w->tets_live, r->target);
+    }
+    return st;
+}
+
+/* What is left of the way to the target, out of one queue of all edges that wait. */
+static tl_status take_rest(rounds *r)
+{
+    tl_status st = TL_OK;
+    tli_hand *hand = r->hands[0];
+    if (r->work->tets_live <= r->target) return TL_OK;
+    hand->in_block = false;
+    hand->cost_max = (double)FLT_MAX;
+    hand->later = NULL;
+    hand->log = &hand->own_log;
+    tli_queue_clear(hand->queue);
+    for (size_t l = 0; !st && l < r->pool.list_count; l++)
+        st = tli_hand_queue_again(hand, r->pool.lists[l].edges, r->pool.lists[l].count);
+    if (!st) st = tli_hand_run(hand, r->work->tets_live - r->target);
+    if (!st) st = tli_hand_settle(hand);
     return st;
 }
 
 tl_status tli_order_blocks(tli_work *w, size_t target)
 {
     tl_status st = TL_OK;
-    tl_lidx *verts = tl_mem_alloc(w->ctx, w->verts_live, sizeof *verts, &st);
-    tli_hand **hands = tl_mem_zalloc(w->ctx, w->bank_count, sizeof *hands, &st);
-    for (unsigned i = 0; !st && i < w->bank_count; i++) st = tli_hand_create(w, i, &hands[i]);
-    if (!st && w->verts_live > 2 * BLOCK_VERTS_LEAST) st = all_rounds(w, hands, verts, target);
-    for (unsigned i = 0; hands && i < w->bank_count; i++) tli_hand_destroy(hands[i]);
-    tl_mem_free(w->ctx, hands);
-    tl_mem_free(w->ctx, verts);
+    rounds r = {.work = w, .target = target};
+    if (w->verts_live < ROUNDS_FROM) return tli_order_queue(w, target);
+    r.verts = tl_mem_alloc(w->ctx, w->verts_live, sizeof *r.verts, &st);
+    r.hands = tl_mem_zalloc(w->ctx, w->bank_count, sizeof *r.hands, &st);
+    for (unsigned i = 0; !st && i < w->bank_count; i++) st = tli_hand_create(w, i, &r.hands[i]);
+    if (!st) st = all_rounds(&r);
+    if (!st) st = take_rest(&r);
+    tli_pool_release(w->ctx, &r.pool);
+    for (unsigned i = 0; r.hands && i < w->bank_count; i++) tli_hand_destroy(r.hands[i]);
+    tl_mem_free(w->ctx, r.hands);
+    tl_mem_free(w->ctx, r.verts);
     return st ? st : tli_order_queue(w, target);
 }

@@ -70,10 +70,11 @@ tl_status tli_hand_queue_again(tli_hand *hand, const tli_edge *edges, size_t cou
     uint32_t most = tli_queue_bucket((float)hand->cost_max);
     for (size_t i = 0; !st && i < count; i++) {
         tli_edge e = edges[i];
+        uint32_t cost = e.cost & ~TLI_REFUSED;
         uint32_t stamp = w->verts[e.u].version + w->verts[e.v].version;
         if (e.stamp != (uint16_t)stamp) continue;
-        if (e.cost <= most)
-            st = tli_queue_push(hand->queue, e.cost, (tli_queue_entry){e.u, e.v, stamp});
+        if (cost <= most)
+            st = tli_queue_push(hand->queue, cost, (tli_queue_entry){e.u, e.v, stamp});
         else
             st = wait(w->ctx, hand->later, e);
     }
@@ -168,6 +169,13 @@ tl_status tli_hand_collapse(tli_hand *hand, tli_queue_entry edge, bool *done)
                        hand->cost_now);
 }
 
+/* What was refused may be free when the mesh around it has changed. */
+static tli_edge refused(const tli_hand *hand, tli_queue_entry e)
+{
+    uint32_t cost = tli_queue_bucket((float)hand->cost_now) | TLI_REFUSED;
+    return (tli_edge){e.u, e.v, (uint16_t)cost, (uint16_t)e.stamp};
+}
+
 tl_status tli_hand_run(tli_hand *hand, size_t tets_max)
 {
     tli_work *w = hand->work;
@@ -180,6 +188,7 @@ tl_status tli_hand_run(tli_hand *hand, size_t tets_max)
         if (e.stamp != u->version + v->version) continue;
         hand->cost_now = tli_queue_level(hand->queue);
         st = tli_hand_collapse(hand, e, &done);
+        if (!st && !done && hand->later) st = wait(w->ctx, hand->later, refused(hand, e));
         if (st || !done) continue;
         size_t near = hand->hood->vert_count - 2u;
         memcpy(hand->near, hand->hood->verts + 2, near * sizeof *hand->near);

@@ -36,9 +36,11 @@ void tli_held_release(tli_held *held);
 /* An edge that waits for a later round. */
 typedef struct tli_edge {
     tl_lidx u, v;
-    uint16_t cost;  /* leading bits of the float32 */
+    uint16_t cost;  /* bucket of the queue, and TLI_REFUSED */
     uint16_t stamp; /* of the sum of versions */
 } tli_edge;
+/* Set in the cost of an edge whose collapse the mesh has refused. */
+#define TLI_REFUSED 0x8000u
 typedef struct tli_edges {
     tli_edge *edges;
     size_t count, capacity;
@@ -55,7 +57,7 @@ typedef struct tli_hand {
     double cost_max;  /* edges above it are left alone */
     double cost_now;  /* of the collapse at hand, for the listener */
     tl_lidx kept;     /* of the last collapse */
-    tli_edges *later; /* receives edges that cost more than cost_max; NULL: they are forgotten */
+    tli_edges *later; /* receives edges that wait or were refused; NULL: they are forgotten */
     tli_log *log;     /* own_log, unless the order sets another */
     tli_log own_log;
     size_t tets_gone, verts_gone, verdicts[TLI_VERDICT_COUNT]; /* since the last settling */
@@ -90,16 +92,24 @@ typedef struct tli_pool {
     size_t list_count;
 } tli_pool;
 
+/* How many edges wait at each cost, without refused ones. */
+typedef struct tli_tally {
+    uint32_t inside[TLI_QUEUE_COSTS]; /* of a block */
+    uint32_t all[TLI_QUEUE_COSTS];
+} tli_tally;
 /* Deals the edges to lists by block: list b (1 .. block_count) has those that lie inside of block b
- * with all their neighbours, list 0 those that lie in none. */
-tl_status tli_pool_deal(tli_work *work, tli_pool *pool, size_t block_count);
+ * with all their neighbours, list 0 those that lie in none. Those whose ends have changed go. */
+tl_status tli_pool_deal(tli_work *work, tli_pool *pool, size_t block_count, tli_tally *tally);
 void tli_pool_release(tl_ctx *ctx, tli_pool *pool);
 
-/* Divides vertices into blocks of about block_max by planes that lie elsewhere in each round; sets
- * block numbers, 1 .. *block_count, and which vertices are at a border; reorders verts by block and
- * gives starts [*block_count + 1] into them. simplify_partition.c */
-tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t block_max,
-                        unsigned round, size_t **starts, size_t *block_count);
+/* Divides vertices into blocks, about so many as wanted, by planes that lie elsewhere in each
+ * round; sets block numbers, 1 .. *block_count, and which vertices are at a border.
+ * simplify_partition.c */
+tl_status tli_partition(tli_work *work, const tl_lidx *verts, size_t count, size_t wanted,
+                        unsigned round, size_t *block_count);
+/* Gives the vertices by block, sorted [count], and starts [block_count + 1] into them. */
+tl_status tli_sort_by_block(const tli_work *work, const tl_lidx *verts, size_t count,
+                            size_t block_count, tl_lidx **sorted, size_t **starts);
 
 /* Reports how far live tets are from the input's to target. */
 static inline tl_status tli_order_report(const tli_work *work, size_t live, size_t target)

@@ -9,8 +9,11 @@ enum { BLOCKS_MAX = 2000 };
 enum { SAMPLE = 16 };
 /* Places of a histogram that finds where to cut. */
 enum { BINS = 512 };
-/* Deeper than this only coinciding places get. */
-enum { DEPTH_MAX = 40 };
+/* How far from the middle a plane may lie, in shares of the vertices: so far that the next round
+ * has what is at a border now inside. */
+static const double SHIFT = 0.2;
+/* Sides of at least this part of the longest one are cut in turns. */
+static const float SIDE = 0.5f;
 
 typedef struct place {
     float at[3];
@@ -26,18 +29,18 @@ typedef struct node {
 typedef struct cutter {
     tli_work *work;
     place *places;
-    size_t leaf_max; /* sampled places in a block */
-    uint64_t state;  /* of the generator that moves the planes */
+    unsigned round;
+    uint64_t state; /* of the generator that moves the planes */
     node *nodes;
     size_t node_count, node_capacity;
     uint16_t block_count;
     const tl_lidx *verts;
 } cutter;
 
-static double next_share(uint64_t *state)
+static double next_shift(uint64_t *state)
 {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return 0.35 + 0.3 * (double)(*state >> 40) / (double)(1 << 24);
+    return SHIFT * ((double)(*state >> 40) / (double)(1 << 23) - 1);
 }
 
 static place place_of(const tli_work *w, tl_lidx v)
@@ -63,18 +66,20 @@ static float split_at(const place *p, size_t count, unsigned axis, float lo, flo
     return lo + (float)(b + 1) / scale;
 }
 
-static unsigned longest_side(const place *p, size_t count, float *lo, float *hi)
+/* The first long side from an axis on; lo >= hi when all places are one. */
+static unsigned choose_side(const place *p, size_t count, unsigned first, float *lo, float *hi)
 {
-    float least[3], most[3];
-    unsigned axis = 0;
+    float least[3], most[3], longest = 0;
     for (int j = 0; j < 3; j++) least[j] = most[j] = p[0].at[j];
     for (size_t i = 1; i < count; i++)
         for (int j = 0; j < 3; j++) {
             least[j] = p[i].at[j] < least[j] ? p[i].at[j] : least[j];
             most[j] = p[i].at[j] > most[j] ? p[i].at[j] : most[j];
         }
-    for (unsigned j = 1; j < 3; j++)
-        if (most[j] - least[j] > most[axis] - least[axis]) axis = j;
+    for (int j = 0; j < 3; j++)
+        if (most[j] - least[j] > longest) longest = most[j] - least[j];
+    unsigned axis = first % 3;
+    while (most[axis] - least[axis] < SIDE * longest) axis = (axis + 1) % 3;
     *lo = least[axis];
     *hi = most[axis];
     return axis;
@@ -93,15 +98,17 @@ static tl_status add_node(cutter *c, node fresh, uint32_t *number)
     return TL_OK;
 }
 
-/* Cuts [begin, end) of the sample along its longest side; gives the number of the node. */
-static tl_status cut(cutter *c, size_t begin, size_t end, int depth, uint32_t *number)
+/* Cuts [begin, end) of the sample into so many blocks; gives the number of the node. */
+static tl_status cut(cutter *c, size_t begin, size_t end, size_t blocks, unsigned depth,
+                     uint32_t *number)
 {
-    size_t count = end - begin, low = begin, high = end;
+    size_t count = end - begin, low = begin, high = end, half = blocks / 2;
     float lo = 0, hi = 0;
-    unsigned axis = count > c->leaf_max ? longest_side(c->places + begin, count, &lo, &hi) : 0;
-    if (count <= c->leaf_max || depth == DEPTH_MAX || !(hi > lo))
-        return add_node(c, (node){0, 3, ++c->block_count, 0}, number);
-    float at = split_at(c->places + begin, count, axis, lo, hi, next_share(&c->state));
+    unsigned axis = 0;
+    if (half && count) axis = choose_side(c->places + begin, count, c->round + depth, &lo, &hi);
+    if (!(hi > lo)) return add_node(c, (node){0, 3, ++c->block_count, 0}, number);
+    double share = (double)half / (double)blocks + next_shift(&c->state);
+    float at = split_at(c->places + begin, count, axis, lo, hi, share);
     while (low < high)
         if (c->places[low].at[axis] < at)
             low++;
@@ -112,13 +119,13 @@ static tl_status cut(cutter *c, size_t begin, size_t end, int depth, uint32_t *n
         }
     uint32_t below = 0, above = 0;
     tl_status st = add_node(c, (node){at, axis, 0, 0}, number);
-    if (!st) st = cut(c, begin, low, depth + 1, &below);
-    if (!st) st = cut(c, low, end, depth + 1, &above);
+    if (!st) st = cut(c, begin, low, half, depth + 1, &below);
+    if (!st) st = cut(c, low, end, blocks - half, depth + 1, &above);
     if (!st) c->nodes[*number].low = below, c->nodes[*number].high = above;
     return st;
 }
 
-static tl_status make_tree(cutter *c, size_t count)
+static tl_status make_tree(cutter *c, size_t count, size_t wanted)
 {
     tl_status st = TL_OK;
     size_t sampled = (count + SAMPLE - 1) / SAMPLE;
@@ -126,7 +133,7 @@ static tl_status make_tree(cutter *c, size_t count)
     c->places = tl_mem_alloc(c->work->ctx, sampled, sizeof *c->places, &st);
     for (size_t i = 0; !st && i < sampled; i++)
         c->places[i] = place_of(c->work, c->verts[i * SAMPLE]);
-    if (!st) st = cut(c, 0, sampled, 0, &root);
+    if (!st) st = cut(c, 0, sampled, wanted, 0, &root);
     tl_mem_free(c->work->ctx, c->places);
     return st;
 }
@@ -162,35 +169,27 @@ static tl_status mark_borders(void *arg, size_t begin, size_t end, unsigned work
     return TL_OK;
 }
 
-/* A counting sort of the vertices by block. */
-static tl_status sort_by_block(cutter *c, tl_lidx *verts, size_t count, size_t **starts)
+tl_status tli_partition(tli_work *work, const tl_lidx *verts, size_t count, size_t wanted,
+                        unsigned round, size_t *block_count)
 {
-    tl_status st = TL_OK;
-    const tli_work *w = c->work;
-    size_t blocks = c->block_count;
-    size_t *at = tl_mem_zalloc(w->ctx, blocks + 2, sizeof *at, &st);
-    tl_lidx *sorted = tl_mem_alloc(w->ctx, count, sizeof *sorted, &st);
-    if (!st) {
-        for (size_t i = 0; i < count; i++) at[w->verts[verts[i]].block + 1]++;
-        for (size_t b = 1; b <= blocks; b++) at[b + 1] += at[b];
-        for (size_t i = 0; i < count; i++) sorted[at[w->verts[verts[i]].block]++] = verts[i];
-        memcpy(verts, sorted, count * sizeof *verts);
-    }
-    tl_mem_free(w->ctx, sorted);
-    *starts = at; /* moved on by one block: starts[b] is now where block b + 1 begins */
-    return st;
-}
-
-tl_status tli_partition(tli_work *work, tl_lidx *verts, size_t count, size_t block_max,
-                        unsigned round, size_t **starts, size_t *block_count)
-{
-    if (count / block_max > BLOCKS_MAX) block_max = count / BLOCKS_MAX;
-    cutter c = {.work = work, .leaf_max = block_max / SAMPLE, .state = round + 1, .verts = verts};
-    tl_status st = make_tree(&c, count);
+    cutter c = {.work = work, .round = round, .state = round + 1, .verts = verts};
+    tl_status st = make_tree(&c, count, wanted < BLOCKS_MAX ? wanted : BLOCKS_MAX);
     if (!st) st = tli_parallel(work->ctx, count, 8192, find_blocks, &c);
-    if (!st) st = sort_by_block(&c, verts, count, starts);
     if (!st) st = tli_parallel(work->ctx, work->tet_count, 65536, mark_borders, work);
     tl_mem_free(work->ctx, c.nodes);
     *block_count = c.block_count;
     return st;
+}
+
+tl_status tli_sort_by_block(const tli_work *w, const tl_lidx *verts, size_t count,
+                            size_t block_count, tl_lidx **sorted, size_t **starts)
+{
+    tl_status st = TL_OK;
+    size_t *at = *starts = tl_mem_zalloc(w->ctx, block_count + 2, sizeof *at, &st);
+    tl_lidx *to = *sorted = tl_mem_alloc(w->ctx, count, sizeof *to, &st);
+    if (st) return st;
+    for (size_t i = 0; i < count; i++) at[w->verts[verts[i]].block + 1]++;
+    for (size_t b = 1; b <= block_count; b++) at[b + 1] += at[b];
+    for (size_t i = 0; i < count; i++) to[at[w->verts[verts[i]].block]++] = verts[i];
+    return TL_OK; /* moved on by one block: starts[b] is now where block b + 1 begins */
 }

@@ -25,6 +25,16 @@ static inline uint32_t tli_queue_bucket(float cost)
     memcpy(&bits, &cost, sizeof bits);
     return bits >> 18;
 }
+/* The largest cost of a bucket. */
+static inline double tli_queue_cost(uint32_t bucket)
+{
+    uint32_t bits = bucket << 18 | ((1u << 18) - 1);
+    float cost;
+    memcpy(&cost, &bits, sizeof cost);
+    return (double)cost;
+}
+/* Buckets of finite costs. */
+#define TLI_QUEUE_COSTS (0x7f800000u >> 18)
 tl_status tli_queue_push(tli_queue *queue, uint32_t bucket, tli_queue_entry entry);
 /* Pops an entry of the lowest bucket; false when the queue is empty. */
 bool tli_queue_pop(tli_queue *queue, tli_queue_entry *entry);

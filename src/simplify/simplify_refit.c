@@ -8,15 +8,16 @@
 #include "mesh/mesh.h"
 #include "simplify/simplify_pack.h"
 
-/* Pull towards the values before, relative to the weight of a vertex's originals. */
-static const double PULL = 1e-3;
+/* Pull towards the values before: relative to the weight of a vertex's originals, and to that of an
+ * original in its place, so that one far from all its originals does not run away. */
+static const double PULL = 1e-3, PULL_LEAST = 0.01;
 /* Residual, relative to the first one, at which the iteration ends, and steps at most. */
 static const double RESIDUAL = 1e-3;
 enum { STEPS_MAX = 24 };
-/* Fits that follow the first, with the vertices of large errors weighed up from this multiple of
- * the mean squared error to that weight. */
-enum { STRESS_ROUNDS = 1, STRESS_STEPS = 8 };
-static const float STRESS_FROM = 16, STRESS_MAX = 256;
+/* Fits that follow the first, each with more weight on the vertices whose squared errors are still
+ * above this multiple of the mean, and the largest weight. */
+enum { STRESS_ROUNDS = 3, STRESS_STEPS = 5 };
+static const double STRESS_FROM = 33, STRESS_MAX = 64;
 /* Steps of the walk to an original vertex. */
 enum { STEPS_WALK = 64 };
 /* A weight down to the first counts as on the face; one down to the second at the end of a walk,
@@ -34,11 +35,16 @@ typedef struct refit {
     double *diagonal;    /* [out vertices] */
 } refit;
 
-/* to = W'W from + PULL D from over the original vertices, 0 where a vertex is kept. */
+static double pull_at(const refit *r, size_t i)
+{
+    return PULL * r->diagonal[i] + PULL_LEAST;
+}
+
+/* to = W'W from + pull from over the original vertices, 0 where a vertex is kept. */
 static void apply(const refit *r, const float *stress, const double *from, double *to)
 {
     const tl_lidx *corners = r->out->tets;
-    for (size_t i = 0; i < r->out->vert_count; i++) to[i] = PULL * r->diagonal[i] * from[i];
+    for (size_t i = 0; i < r->out->vert_count; i++) to[i] = pull_at(r, i) * from[i];
     for (size_t v = 0; v < r->original->vert_count; v++) {
         if (r->tets[v] == TL_NONE) continue;
         const tl_lidx *q = corners + 4 * (size_t)r->tets[v];
@@ -94,8 +100,7 @@ static void solve(const refit *r, const float *stress, const tl_channel *f, cons
            *q = room + 4 * n;
     first_residual(r, stress, f, x, k, residual);
     memset(change, 0, n * sizeof *change);
-    for (size_t i = 0; i < n; i++)
-        p[i] = z[i] = r->diagonal[i] > 0 ? residual[i] / r->diagonal[i] : 0;
+    for (size_t i = 0; i < n; i++) p[i] = z[i] = residual[i] / (r->diagonal[i] + pull_at(r, i));
     double rz = dot(residual, z, n), stop = rz * RESIDUAL * RESIDUAL;
     for (int step = 0; step < steps && rz > stop; step++) {
         apply(r, stress, p, q);
@@ -105,7 +110,7 @@ static void solve(const refit *r, const float *stress, const tl_channel *f, cons
         for (size_t i = 0; i < n; i++) {
             change[i] += alpha * p[i];
             residual[i] -= alpha * q[i];
-            z[i] = r->diagonal[i] > 0 ? residual[i] / r->diagonal[i] : 0;
+            z[i] = residual[i] / (r->diagonal[i] + pull_at(r, i));
         }
         double next = dot(residual, z, n), beta = next / rz;
         rz = next;
@@ -118,7 +123,7 @@ static void solve(const refit *r, const float *stress, const tl_channel *f, cons
 
 /* A vertex whose error is large beside the mean counts more in the next fit, so that the largest
  * errors fall at little cost for the mean. */
-static void set_stress(const refit *r, const tl_channel *f, const tl_channel *x, uint32_t k,
+static void add_stress(const refit *r, const tl_channel *f, const tl_channel *x, uint32_t k,
                        float *stress)
 {
     double sum = 0;
@@ -126,14 +131,14 @@ static void set_stress(const refit *r, const tl_channel *f, const tl_channel *x,
     for (size_t v = 0; v < r->original->vert_count; v++) {
         if (r->tets[v] == TL_NONE) continue;
         double e = error_at(r, f, x, k, v);
-        stress[v] = (float)(e * e);
         sum += e * e;
         count++;
     }
-    float mean = count ? (float)(sum / (double)count) : 0;
-    for (size_t v = 0; v < r->original->vert_count; v++) {
-        float s = mean > 0 ? stress[v] / (STRESS_FROM * mean) : 0;
-        stress[v] = s < 1 ? 1 : s > STRESS_MAX ? STRESS_MAX : s;
+    double from = count ? STRESS_FROM * sum / (double)count : 0;
+    for (size_t v = 0; from > 0 && v < r->original->vert_count; v++) {
+        if (r->tets[v] == TL_NONE) continue;
+        double e = error_at(r, f, x, k, v), more = e * e / from;
+        if (more > 1) stress[v] = (float)fmin(stress[v] * more, STRESS_MAX);
     }
 }
 
@@ -143,7 +148,7 @@ static void fit(const refit *r, const tl_channel *f, const tl_channel *x, uint32
     for (size_t v = 0; v < r->original->vert_count; v++) stress[v] = 1;
     solve(r, stress, f, x, k, STEPS_MAX, room);
     for (int i = 0; i < STRESS_ROUNDS; i++) {
-        set_stress(r, f, x, k, stress);
+        add_stress(r, f, x, k, stress);
         solve(r, stress, f, x, k, STRESS_STEPS, room);
     }
 }
