@@ -104,12 +104,59 @@ static void check_same(tl_ctx *ctx, const tl_segments *segments, const tl_mesh *
     free(known);
 }
 
+/* Opposites are those of the mesh as a whole. */
+static void check_opposites(tl_ctx *ctx, const tl_segments *segments, const tl_mesh *mesh)
+{
+    tl_lidx *opposite = NULL;
+    size_t open = 0, open_there = 0;
+    CHECK_OK(ctx, tl_mesh_adjacency(ctx, mesh, &opposite, NULL));
+    for (size_t i = 0; i < 4 * tl_mesh_tet_count(mesh); i++) open += opposite[i] == TL_NONE;
+    for (uint32_t s = 0; s < tl_segments_count(segments); s++) {
+        tl_segment seg;
+        CHECK_OK(ctx, tl_segments_load(ctx, segments, s, &seg));
+        for (size_t i = 0; i < 4 * (size_t)seg.tet_count; i++)
+            open_there += seg.opposites[i] == TL_OPPOSITE_NONE;
+        tl_segment_release(ctx, &seg);
+    }
+    CHECK_EQ(open_there, open);
+    tl_mem_free(ctx, opposite);
+}
+
+/* Each segment is loaded once, and released once when all its neighbours have been loaded. */
+static void check_stream(tl_ctx *ctx, const tl_segments *segments)
+{
+    const uint32_t count = tl_segments_count(segments);
+    uint8_t *states = calloc(count, 1);
+    uint32_t active = 0, most = 0;
+    tl_stream stream;
+    CHECK_OK(ctx, tl_segments_stream(ctx, segments, &stream));
+    CHECK_EQ(stream.tag_count, 2 * (size_t)count);
+    for (size_t i = 0; i < stream.tag_count; i++) {
+        bool load = stream.tags[i] >= 0;
+        uint32_t s = (uint32_t)(load ? stream.tags[i] : -(stream.tags[i] + 1));
+        CHECK(s < count);
+        CHECK_EQ(states[s], load ? 0 : 1);
+        states[s]++;
+        active += load ? 1 : UINT32_MAX;
+        if (active > most) most = active;
+        tl_segment_summary info = tl_segments_info(segments, s);
+        for (uint32_t n = 0; !load && n < info.neighbour_count; n++)
+            CHECK(states[info.neighbours[n]] > 0);
+    }
+    CHECK_EQ(most, stream.max_segments);
+    tl_stream_release(ctx, &stream);
+    free(states);
+}
+
 static tl_segments *build_mesh(tl_ctx *ctx, const make_mesh *m, tl_segment_opts opts)
 {
     tl_mesh *mesh = make_object(ctx, m, slope);
     tl_segments *segments = NULL;
     CHECK_OK(ctx, tl_segments_build_mesh(ctx, mesh, &opts, NULL, &segments));
     check_same(ctx, segments, mesh, NULL);
+    check_opposites(ctx, segments, mesh);
+    CHECK_OK(ctx, tl_segments_check(ctx, segments, TL_CHECK_FULL));
+    check_stream(ctx, segments);
     tl_mesh_destroy(mesh);
     return segments;
 }
@@ -152,6 +199,9 @@ static void test_file(void **state)
     CHECK_OK(ctx, tl_segments_build(ctx, "g.vtu", NULL, &opts, NULL, &segments, &windowed));
     CHECK(memcmp(&whole, &windowed, sizeof whole) == 0);
     check_same(ctx, segments, mesh, NULL);
+    check_opposites(ctx, segments, mesh);
+    CHECK_OK(ctx, tl_segments_check(ctx, segments, TL_CHECK_FULL));
+    check_stream(ctx, segments);
     tl_segments_destroy(segments);
     tl_mesh_destroy(mesh);
     tl_ctx_destroy(ctx);
@@ -199,7 +249,7 @@ static void test_same_bytes(void **state)
         tl_segments_destroy(segments);
         CHECK_OK(ctx, tl_segments_open(ctx, "g.seg", &segments));
         CHECK(isnan(tl_segments_time(segments)));
-        CHECK(!tl_segments_has_adjacency(segments));
+        CHECK(tl_segments_has_adjacency(segments));
         if (first) {
             CHECK_EQ(bytes, first_bytes);
             CHECK(memcmp(all, first, bytes) == 0);

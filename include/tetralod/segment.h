@@ -130,6 +130,27 @@ TL_API tl_status tl_segments_load(tl_ctx *ctx, const tl_segments *segments, uint
                                   tl_segment *out);
 TL_API void tl_segment_release(tl_ctx *ctx, tl_segment *segment);
 
+/* Proves a segmented mesh: counts and indices in range, boxes, orders (fast); links that close over
+ * copies of the same vertex, opposites that answer each other over the same three vertices, faces
+ * without one that no other tet has, neighbours that name each other (full). TL_ERR_DATA names the
+ * segment and the element. Runs on the pool. */
+TL_API tl_status tl_segments_check(tl_ctx *ctx, const tl_segments *segments, tl_check_level level);
+
+/* ---- the stream ---- */
+
+/* An order in which segments are loaded and released, so that each is in memory together with every
+ * one of its neighbours, and few are at a time (Sondershaus 2007, 6.1.3). */
+typedef struct tl_stream {
+    int32_t *tags; /* [tag_count] s: load segment s; -s - 1: release it, it and its neighbours were
+                      loaded. Each segment once each */
+    size_t tag_count;
+    uint32_t max_segments; /* in memory at the same time, at most */
+    uint64_t max_tets;
+} tl_stream;
+/* Gives what hangs on *stream. Depends on boxes and neighbours alone. */
+TL_API tl_status tl_segments_stream(tl_ctx *ctx, const tl_segments *segments, tl_stream *stream);
+TL_API void tl_stream_release(tl_ctx *ctx, tl_stream *stream);
+
 #ifdef __cplusplus
 }
 #endif

@@ -409,6 +409,7 @@ static tl_status build(tli_build *b, const char *path, tl_segments **segments)
     if (!st) st = deal_tets(b);
     if (!st) st = tli_build_cut(b);
     if (!st) st = tli_build_link(b);
+    if (!st && b->opts.adjacency) st = tli_segments_match_faces(b->segments);
     if (!st) st = tli_segments_write_index(b->segments);
     if (!st && path) st = tli_scratch_keep(b->segments->file, path);
     if (st) return st;

@@ -69,6 +69,9 @@ tl_status tli_build_cut(tli_build *b);
 /* Guests become links and neighbours. */
 tl_status tli_build_link(tli_build *b);
 
+/* Fills the opposites. segment_adjacency.c */
+tl_status tli_segments_match_faces(tl_segments *segments);
+
 /* The head, whose fields come last; then the index behind all else, and the head for good. */
 tl_status tli_segments_write_head(tl_segments *segments);
 tl_status tli_segments_write_index(tl_segments *segments);
