@@ -43,8 +43,19 @@ static inline void fuzz_check_cells(const tli_grid *grid)
     FUZZ_CHECK(!grid->types || (grid->offsets && grid->offsets[0] == 0));
     for (uint64_t cell = 0; grid->offsets && cell < count; cell++)
         FUZZ_CHECK(grid->offsets[cell] <= grid->offsets[cell + 1]);
-    const uint64_t indices = grid->offsets ? grid->offsets[count] : 4 * count;
-    for (uint64_t i = 0; i < indices; i++) FUZZ_CHECK(grid->connectivity[i] < grid->point_count);
+    for (uint64_t cell = 0; cell < count; cell++) {
+        uint64_t limit =
+            grid->types && grid->types[cell] == 42 ? grid->face_count : grid->point_count;
+        uint64_t begin = grid->offsets ? grid->offsets[cell] : 4 * cell;
+        uint64_t end = grid->offsets ? grid->offsets[cell + 1] : 4 * cell + 4;
+        for (uint64_t i = begin; i < end; i++) FUZZ_CHECK(grid->connectivity[i] < limit);
+    }
+    for (uint64_t f = 0; f < grid->face_count; f++)
+        for (uint64_t i = grid->face_offsets[f]; i < grid->face_offsets[f + 1]; i++)
+            FUZZ_CHECK(grid->face_points[i] < grid->point_count);
+    for (uint32_t l = 0; l < grid->label_count; l++)
+        for (uint64_t i = 0; i < grid->labels[l].offsets[grid->labels[l].face_count]; i++)
+            FUZZ_CHECK(grid->labels[l].points[i] < grid->point_count);
 }
 
 /* Reads every number, so that a sanitizer sees blocks that are too short or never written. */

@@ -60,6 +60,69 @@ static tl_status make_blocks(recipe *r, tli_grid *grid)
     return st;
 }
 
+/* The faces of a tet, a cube or a pyramid over eight or fewer corners, with slips. */
+static tl_status make_faces(recipe *r, tli_grid *grid, tli_face_list *list, uint32_t *count)
+{
+    static const uint8_t solids[3][6][4] = {
+        {{0, 1, 2, 2}, {0, 1, 3, 3}, {1, 2, 3, 3}, {2, 0, 3, 3}},
+        {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}},
+        {{0, 1, 2, 3}, {0, 1, 4, 4}, {1, 2, 4, 4}, {2, 3, 4, 4}, {3, 0, 4, 4}}};
+    static const uint32_t sizes[3] = {4, 6, 5};
+    tl_status st = TL_OK;
+    unsigned solid = next(r) % 3, slip = next(r);
+    uint32_t ids[8];
+    for (int i = 0; i < 8; i++) ids[i] = next(r) % (uint32_t)grid->point_count;
+    *count = sizes[solid];
+    for (uint32_t f = 0; f < *count && !st; f++) {
+        uint32_t face[4];
+        for (int i = 0; i < 4; i++) face[i] = ids[solids[solid][f][i]];
+        if (f == slip % 16) face[slip >> 6] = ids[7];
+        st = tli_face_list_add(list, face, f == slip % 32 ? 2 : 4, 0);
+    }
+    return st;
+}
+
+static tl_status make_polyhedra(recipe *r, tli_grid *grid)
+{
+    tl_status st = TL_OK;
+    tli_face_list list;
+    grid->point_count = 1 + next(r) % 20;
+    grid->cell_count = next(r) % 20;
+    size_t cells = (size_t)grid->cell_count;
+    grid->connectivity = tl_mem_alloc(grid->ctx, cells, 6 * sizeof(uint32_t), &st);
+    grid->types = tl_mem_alloc(grid->ctx, cells, 1, &st);
+    grid->offsets = tl_mem_zalloc(grid->ctx, cells + 1, sizeof *grid->offsets, &st);
+    tli_face_list_begin(grid, &list);
+    uint64_t used = 0;
+    for (size_t c = 0; c < cells && !st; c++) {
+        uint32_t count, first = (uint32_t)grid->face_count;
+        st = make_faces(r, grid, &list, &count);
+        for (uint32_t i = 0; i < count && !st; i++) grid->connectivity[used++] = first + i;
+        if (!st) grid->offsets[c + 1] = used;
+        if (!st) grid->types[c] = 42;
+    }
+    return st ? st : tli_face_list_end(&list);
+}
+
+static tl_status add_labels(recipe *r, tli_grid *grid)
+{
+    tl_status st = TL_OK;
+    for (unsigned count = next(r) % 3; count && grid->point_count && !st; count--) {
+        uint64_t faces = next(r) % 8, used = 0;
+        uint64_t *offsets = tl_mem_zalloc(grid->ctx, (size_t)faces + 1, sizeof *offsets, &st);
+        uint32_t *points = tl_mem_alloc(grid->ctx, (size_t)faces, 7 * sizeof *points, &st);
+        for (uint64_t f = 0; f < faces && !st; f++) {
+            for (unsigned i = next(r) % 8; i; i--)
+                points[used++] = next(r) % (uint32_t)grid->point_count;
+            offsets[f + 1] = used;
+        }
+        if (!st) st = tli_grid_add_label(grid, "label", (int32_t)count, faces, offsets, points);
+        if (st) tl_mem_free(grid->ctx, points);
+        if (st) tl_mem_free(grid->ctx, offsets);
+    }
+    return st;
+}
+
 static tl_status make_cells(recipe *r, tli_grid *grid)
 {
     tl_status st = TL_OK;
@@ -74,8 +137,8 @@ static tl_status make_cells(recipe *r, tli_grid *grid)
     }
     uint64_t used = 0;
     for (size_t c = 0; c < cells && !st; c++) {
-        static const uint8_t types[] = {10, 12, 13, 14, 11, 24, 25, 42, 5, 72};
-        static const uint8_t sizes[] = {4, 8, 6, 5, 8, 10, 20, 7, 3, 27};
+        static const uint8_t types[] = {10, 12, 13, 14, 11, 24, 15, 16, 5, 72};
+        static const uint8_t sizes[] = {4, 8, 6, 5, 8, 10, 10, 12, 3, 27};
         unsigned kind = next(r), size = typed ? sizes[kind % 10] : 4;
         if (typed && kind >= 240) size = next(r) % 32; /* not what the type asks for */
         for (unsigned i = 0; i < size; i++)
@@ -139,10 +202,16 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t byte_count)
     opts.fill_value = next_number(&r);
     tli_grid grid;
     tli_grid_init(ctx, &grid);
-    tl_status st = flags & 32 ? make_blocks(&r, &grid) : make_cells(&r, &grid);
+    tl_status st = flags & 32   ? make_blocks(&r, &grid)
+                   : flags & 64 ? make_polyhedra(&r, &grid)
+                                : make_cells(&r, &grid);
     grid.xyz = tl_mem_alloc(ctx, (size_t)grid.point_count, 3 * sizeof *grid.xyz, &st);
     for (uint64_t i = 0; i < 3 * grid.point_count && !st; i++) grid.xyz[i] = next_number(&r);
     if (!st) st = add_arrays(&r, &grid);
+    if (!st) st = add_labels(&r, &grid);
+    uint64_t welded;
+    if (!st && flags & 128) st = tli_grid_weld(&grid, next(&r), &welded);
+    if (!st) fuzz_check_cells(&grid);
     tl_mesh *mesh = NULL;
     tl_read_report report;
     if (!st) st = tli_grid_to_mesh(&grid, &opts, &mesh, &report);

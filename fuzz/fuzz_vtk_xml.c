@@ -19,7 +19,13 @@ static void check_grid(const tli_grid *grid)
     uint64_t length = grid->block_count ? 0 : grid->offsets ? grid->offsets[cells] : 4 * cells;
     for (uint64_t i = 0; grid->offsets && i < cells; i++)
         require(grid->offsets[i] <= grid->offsets[i + 1]);
-    for (uint64_t i = 0; i < length; i++) require(grid->connectivity[i] < grid->point_count);
+    for (uint64_t i = 0, cell = 0; i < length; i++) {
+        while (grid->offsets && grid->offsets[cell + 1] <= i) cell++;
+        bool poly = grid->types && grid->types[cell] == 42;
+        require(grid->connectivity[i] < (poly ? grid->face_count : grid->point_count));
+    }
+    for (uint64_t i = 0; grid->face_count && i < grid->face_offsets[grid->face_count]; i++)
+        require(grid->face_points[i] < grid->point_count);
     for (uint32_t i = 0; i < grid->point_array_count; i++)
         require(grid->point_arrays[i].count == grid->point_count);
     for (uint32_t i = 0; i < grid->cell_array_count; i++)

@@ -48,8 +48,19 @@ static inline void grid_check(const tli_grid *grid)
     const uint64_t cells = grid->block_count ? 0 : grid->cell_count;
     for (uint64_t cell = 0; cell < cells; cell++)
         CHECK(grid->offsets[cell] <= grid->offsets[cell + 1]);
-    for (uint64_t i = 0; cells && i < grid->offsets[cells]; i++)
-        CHECK(grid->connectivity[i] < grid->point_count);
+    for (uint64_t cell = 0; cell < cells; cell++) {
+        uint64_t limit =
+            grid->types && grid->types[cell] == 42 ? grid->face_count : grid->point_count;
+        for (uint64_t i = grid->offsets[cell]; i < grid->offsets[cell + 1]; i++)
+            CHECK(grid->connectivity[i] < limit);
+    }
+    for (uint64_t f = 0; f < grid->face_count; f++)
+        CHECK(grid->face_offsets[f] <= grid->face_offsets[f + 1]);
+    for (uint64_t i = 0; grid->face_count && i < grid->face_offsets[grid->face_count]; i++)
+        CHECK(grid->face_points[i] < grid->point_count);
+    for (uint32_t l = 0; l < grid->label_count; l++)
+        for (uint64_t i = 0; i < grid->labels[l].offsets[grid->labels[l].face_count]; i++)
+            CHECK(grid->labels[l].points[i] < grid->point_count);
     for (uint32_t i = 0; i < grid->point_array_count; i++)
         CHECK_EQ(grid->point_arrays[i].count, grid->point_count);
     for (uint32_t i = 0; i < grid->cell_array_count; i++)

@@ -242,8 +242,8 @@ static void reads_both_styles_of_cells(void **state)
     tl_ctx_destroy(ctx);
 }
 
-/* The faces of a polyhedron become its points; the cells behind it stay what they are. */
-static void flattens_polyhedra(void **state)
+/* A polyhedron names its faces; the cells around it stay what they are. */
+static void lists_faces_of_polyhedra(void **state)
 {
     (void)state;
     tl_ctx *ctx = grid_ctx(0, 1);
@@ -257,6 +257,9 @@ static void flattens_polyhedra(void **state)
     CHECK_EQ(grid.offsets[1], 4);
     CHECK_EQ(grid.offsets[2], 8);
     CHECK(!memcmp(grid.connectivity, ids, sizeof ids));
+    CHECK_EQ(grid.face_count, 4);
+    CHECK_EQ(grid.face_offsets[4], 12);
+    CHECK(grid.face_points[3] == 0 && grid.face_points[4] == 1 && grid.face_points[5] == 3);
     tli_grid_release(&grid);
     tl_ctx_destroy(ctx);
 }
@@ -662,7 +665,7 @@ int main(void)
                                        cmocka_unit_test(rounds_text_to_its_type),
                                        cmocka_unit_test(reads_attributes_of_all_kinds),
                                        cmocka_unit_test(reads_both_styles_of_cells),
-                                       cmocka_unit_test(flattens_polyhedra),
+                                       cmocka_unit_test(lists_faces_of_polyhedra),
                                        cmocka_unit_test(reads_what_vtk_writes),
                                        cmocka_unit_test(leaves_strings_out),
                                        cmocka_unit_test(reads_blanking_and_fields_alone),

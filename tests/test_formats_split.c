@@ -271,11 +271,11 @@ static void test_kinds(void **state)
     for (unsigned type = 0; type < 256; type++) {
         tli_cell_type cell = tli_cell_type_of((uint8_t)type);
         CHECK((unsigned)cell.kind < TL_CELL_KIND_COUNT);
-        CHECK((cell.shape == TLI_SHAPE_NONE) == (cell.kind >= TL_CELL_POLYHEDRON));
+        CHECK((cell.shape == TLI_SHAPE_NONE) == (cell.kind >= TL_CELL_SURFACE));
         if (cell.points) CHECK(cell.points >= tli_shape_corners(cell.shape));
         with_shape += cell.shape != TLI_SHAPE_NONE;
     }
-    CHECK_EQ(with_shape, 26);
+    CHECK_EQ(with_shape, 29);
     CHECK_EQ(tli_cell_type_of(11).shape, TLI_SHAPE_VOXEL);
     CHECK_EQ(tli_cell_type_of(24).points, 10);
     for (int kind = 0; kind < TL_CELL_KIND_COUNT; kind++)

@@ -73,13 +73,16 @@ typedef struct tl_read_report {
     uint64_t cells[TL_CELL_KIND_COUNT]; /* in the file, by kind */
     uint64_t ghost_cells;               /* dropped: vtkGhostType */
     uint64_t blank_cells;               /* cut away: fill value, iblank */
-    uint64_t surface_cells;             /* left out: surface, line, point, other cells together */
+    uint64_t surface_cells;             /* left out: surface, line, point, other cells together, and
+                                           polyhedra without faces */
     uint64_t turned;           /* tets whose orientation was negative and is now positive: cells are
                                   turned whole, by the sign of their volume */
     uint64_t inverted;         /* tets that stay negative: parts of folded cells */
     uint64_t degenerate;       /* tets that are exactly flat */
     uint64_t unused_points;    /* points that no tet uses; left out */
     uint64_t nonfinite_values; /* channel values that are NaN or infinite */
+    uint64_t open_cells;       /* polyhedra whose faces do not close; left out */
+    uint64_t new_points;       /* vertices in the middle of polyhedra that no corner splits */
 } tl_read_report;
 
 /* Reads any known file as tets; the kind is told by the bytes, then by the name. Everything that is

@@ -632,6 +632,9 @@ static tl_status split_window(tli_feed *feed)
 {
     tli_tets *t = &feed->tets;
     tl_status st = tli_tets_split(t);
+    if (!st && t->cell_counts)
+        st = tl_fail(feed->ctx, TL_ERR_UNSUPPORTED,
+                     "polyhedra and prisms can't be read in windows: convert the file first");
     int region = region_in_window(feed);
     if (!st && region >= 0) st = tli_tets_make_regions(t, region);
     if (st || feed->has_counted) return st;

@@ -102,6 +102,21 @@ tl_status tli_grid_name_region(tli_grid *grid, int32_t id, const char *name);
 tl_status tli_grid_add_label(tli_grid *grid, const char *name, int32_t id, uint64_t face_count,
                              uint64_t *offsets, uint32_t *points);
 
+/* Adds faces of polyhedra, one after the other: formats_faces.c. */
+typedef struct tli_face_list {
+    tli_grid *grid;
+    uint64_t face_room, point_room;
+} tli_face_list;
+void tli_face_list_begin(tli_grid *grid, tli_face_list *list);
+/* ids [count] of the corners, add is added to each; the face is number grid->face_count - 1. */
+tl_status tli_face_list_add(tli_face_list *list, const uint32_t *ids, uint64_t count, uint32_t add);
+/* Adds all faces of a polyhedron as VTK lists them: their number, then for each the number of its
+ * corners and these, which must lie below limit. */
+tl_status tli_face_list_add_stream(tli_face_list *list, const uint32_t *stream, uint64_t length,
+                                   uint64_t limit, uint32_t add, uint32_t *face_count);
+/* Gives back what room is left over. */
+tl_status tli_face_list_end(tli_face_list *list);
+
 /* The rest of this part: formats_grid_join.c. */
 /* How a grid is added to another. */
 typedef struct tli_join {

@@ -1,13 +1,12 @@
 /* Legacy VTK files: cells. Up to version 4.2 a cell is its count and its indices in one row of
  * integers; from 5.0 on a section has OFFSETS and CONNECTIVITY of their own. */
 #include "formats/formats_legacy.h"
+#include "formats/formats_split.h"
 
 #include <inttypes.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define CHUNK 4096 /* integers read at a time */
-#define VTK_POLYHEDRON 42
 
 /* ---- sections ---- */
 
@@ -213,58 +212,39 @@ tl_status tli_legacy_read_cell_types(tli_legacy *reader)
 
 /* ---- once all is there ---- */
 
-static int compare_u32(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
-/* A polyhedron is stored as its faces: how many, and for each how many points and which. Leaves its
- * points, each once, at the start of stream and returns their number; 0 if it is no such stream. */
-static uint64_t polyhedron_points(uint32_t *stream, uint64_t length)
-{
-    uint64_t at = 1, kept = 0;
-    if (!length) return 0;
-    for (uint32_t face = 0, faces = stream[0]; face < faces; face++) {
-        if (at == length || stream[at] > length - at - 1) return 0;
-        uint32_t corners = stream[at++];
-        memmove(stream + kept, stream + at, corners * sizeof *stream);
-        kept += corners;
-        at += corners;
-    }
-    if (at != length) return 0;
-    qsort(stream, (size_t)kept, sizeof *stream, compare_u32);
-    uint64_t unique = 0;
-    for (uint64_t i = 0; i < kept; i++)
-        if (!i || stream[i] != stream[unique - 1]) stream[unique++] = stream[i];
-    return unique;
-}
-
-/* Replaces the face streams of polyhedra by their points. */
-static tl_status flatten_polyhedra(tli_legacy *reader)
+/* Replaces the face streams of polyhedra by the ids of their faces, which are fewer than the
+ * numbers of the stream. */
+static tl_status list_faces(tli_legacy *reader)
 {
     tli_grid *grid = reader->grid;
-    if (!grid->cell_count || !memchr(grid->types, VTK_POLYHEDRON, (size_t)grid->cell_count))
+    tli_face_list list;
+    tl_status st = TL_OK;
+    if (!grid->cell_count || !memchr(grid->types, TLI_VTK_POLYHEDRON, (size_t)grid->cell_count))
         return TL_OK;
     uint64_t kept = 0, begin = 0;
-    for (uint64_t cell = 0; cell < grid->cell_count; cell++) {
+    tli_face_list_begin(grid, &list);
+    for (uint64_t cell = 0; cell < grid->cell_count && !st; cell++) {
         uint64_t end = grid->offsets[cell + 1], length = end - begin;
-        uint32_t *stream = grid->connectivity + begin;
-        if (grid->types[cell] == VTK_POLYHEDRON) {
-            length = polyhedron_points(stream, length);
-            if (!length)
+        uint32_t *stream = grid->connectivity + begin, faces = 0;
+        uint32_t first = (uint32_t)grid->face_count;
+        if (grid->types[cell] == TLI_VTK_POLYHEDRON) {
+            st = tli_face_list_add_stream(&list, stream, length, grid->point_count, 0, &faces);
+            if (st == TL_ERR_FORMAT)
                 return tli_legacy_fail(reader, reader->cells_at, TL_ERR_FORMAT,
                                        "cell %" PRIu64
                                        " is a polyhedron, expected a list of faces in "
                                        "its %" PRIu64 " integers",
-                                       cell, end - begin);
+                                       cell, length);
+            length = faces;
+            for (uint32_t i = 0; i < faces; i++) grid->connectivity[kept + i] = first + i;
+        } else if (length) {
+            memmove(grid->connectivity + kept, stream, (size_t)length * sizeof *stream);
         }
-        if (length) memmove(grid->connectivity + kept, stream, (size_t)length * sizeof *stream);
         kept += length;
         grid->offsets[cell + 1] = kept;
         begin = end;
     }
-    return TL_OK;
+    return st ? st : tli_face_list_end(&list);
 }
 
 tl_status tli_legacy_close_cells(tli_legacy *reader)
@@ -274,12 +254,13 @@ tl_status tli_legacy_close_cells(tli_legacy *reader)
         return tli_legacy_fail(reader, reader->at, TL_ERR_FORMAT,
                                "%" PRIu64 " cell types for %" PRIu64 " cells", reader->type_count,
                                grid->cell_count);
-    tl_status st = flatten_polyhedra(reader);
+    tl_status st = list_faces(reader);
     if (st) return st;
     const uint64_t indices = index_count(grid);
     for (uint64_t i = 0, cell = 0; i < indices; i++) {
         if (grid->connectivity[i] < grid->point_count) continue;
         while (grid->offsets[cell + 1] <= i) cell++;
+        if (grid->types[cell] == TLI_VTK_POLYHEDRON) continue; /* names faces */
         return tli_legacy_fail(reader, reader->cells_at, TL_ERR_FORMAT,
                                "cell %" PRIu64 " names point %u, expected below %" PRIu64, cell,
                                grid->connectivity[i], grid->point_count);

@@ -78,8 +78,8 @@ tli_cell_type tli_cell_type_of(uint8_t vtk_type)
     case 12: return CELL(HEXAHEDRON, HEXAHEDRON, 8);
     case 13: return CELL(WEDGE, WEDGE, 6);
     case 14: return CELL(PYRAMID, PYRAMID, 5);
-    case 15: /* pentagonal prism */
-    case 16: /* hexagonal prism */ return CELL(PRISM, NONE, 0);
+    case 15: return CELL(PRISM, PENTAGONAL_PRISM, 10);
+    case 16: return CELL(PRISM, HEXAGONAL_PRISM, 12);
     case 24: return CELL(QUADRATIC_TETRA, TETRA, 10);
     case 25: return CELL(QUADRATIC_HEXAHEDRON, HEXAHEDRON, 20);
     case 26: return CELL(QUADRATIC_WEDGE, WEDGE, 15);
@@ -89,7 +89,7 @@ tli_cell_type tli_cell_type_of(uint8_t vtk_type)
     case 32: return CELL(QUADRATIC_WEDGE, WEDGE, 18);           /* with centres of quads */
     case 33: return CELL(QUADRATIC_HEXAHEDRON, HEXAHEDRON, 24); /* with centres of four quads */
     case 37: return CELL(QUADRATIC_PYRAMID, PYRAMID, 19);
-    case 42: return CELL(POLYHEDRON, NONE, 0);
+    case TLI_VTK_POLYHEDRON: return CELL(POLYHEDRON, POLYHEDRON, 0);
     case 64: /* of higher order, Lagrange, Bezier: the corners come first in all of them */
     case 71:
     case 78: return CELL(QUADRATIC_TETRA, TETRA, 0);
@@ -148,8 +148,14 @@ static const uint8_t hex_neighbours[8][3] = {{3, 1, 4}, {0, 2, 5}, {1, 3, 6}, {2
 
 unsigned tli_shape_corners(tli_shape shape)
 {
-    if (shape == TLI_SHAPE_NONE) return 0;
-    return shape == TLI_SHAPE_VOXEL ? 8 : shapes[shape].corner_count;
+    switch (shape) {
+    case TLI_SHAPE_NONE:
+    case TLI_SHAPE_POLYHEDRON: return 0;
+    case TLI_SHAPE_PENTAGONAL_PRISM: return 10;
+    case TLI_SHAPE_HEXAGONAL_PRISM: return 12;
+    case TLI_SHAPE_VOXEL: return 8;
+    default: return shapes[shape].corner_count;
+    }
 }
 
 /* ---- the cut ---- */
@@ -206,7 +212,7 @@ unsigned tli_split_cell(tli_shape shape, const tl_lidx *ids, tl_lidx tets[TLI_SP
     }
     cut c = {.ids = ids, .tets = tets};
     if (repeated) *repeated = 0;
-    if (shape == TLI_SHAPE_NONE) return 0;
+    if (shape == TLI_SHAPE_NONE || shape > TLI_SHAPE_HEXAHEDRON) return 0;
     if (shape == TLI_SHAPE_TETRA) { /* in the order of the file */
         cut_add(&c, 0, 1, 2, 3);
         if (repeated) *repeated = c.repeated;

@@ -4,10 +4,12 @@
 
 #include "tetralod/formats.h"
 
-/* Most tets of one cell. */
+/* Most tets of one cell that tli_split_cell takes. */
 #define TLI_SPLIT_MAX 6
-/* Most corners of one cell. */
+/* Most corners of one cell that tli_split_cell takes. */
 #define TLI_CORNERS_MAX 8
+/* Most corners of a prism. */
+#define TLI_PRISM_CORNERS_MAX 12
 
 /* Type of a tetrahedron in VTK's files. */
 #define TLI_VTK_TETRA 10
@@ -21,7 +23,11 @@ typedef enum tli_shape {
     TLI_SHAPE_PYRAMID,
     TLI_SHAPE_WEDGE,
     TLI_SHAPE_HEXAHEDRON,
-    TLI_SHAPE_VOXEL
+    TLI_SHAPE_VOXEL,
+    /* split by formats_poly.c, not by tli_split_cell */
+    TLI_SHAPE_PENTAGONAL_PRISM,
+    TLI_SHAPE_HEXAGONAL_PRISM,
+    TLI_SHAPE_POLYHEDRON /* its faces are listed */
 } tli_shape;
 
 /* What a cell type of VTK is to us. */
@@ -32,7 +38,7 @@ typedef struct tli_cell_type {
 } tli_cell_type;
 tli_cell_type tli_cell_type_of(uint8_t vtk_type);
 
-/* 1 (tetrahedron) to 8; 0 for TLI_SHAPE_NONE. */
+/* 4 (tetrahedron) to 12; 0 for TLI_SHAPE_NONE and TLI_SHAPE_POLYHEDRON. */
 unsigned tli_shape_corners(tli_shape shape);
 
 /* Splits a cell with the corners ids into tets, positive where the cell is convex and stands as VTK

@@ -3,6 +3,7 @@
 #define TETRALOD_SRC_FORMATS_TETS_H
 
 #include "formats/formats_grid.h"
+#include "formats/formats_poly.h"
 #include "formats/formats_split.h"
 
 /* Cells, points or values that a thread takes at once. */
@@ -12,9 +13,11 @@
 #define TLI_POINT_USED 1    /* by a tet */
 #define TLI_POINT_HIDDEN 2  /* vtkGhostType says so */
 #define TLI_POINT_MISSING 4 /* iblank 0 or fill value */
+#define TLI_POINT_LABEL 8   /* a corner of a labelled face */
 
 /* Marks of a cell: the number of its tets, or why it has none. */
-#define TLI_CELL_COUNT 7
+#define TLI_CELL_COUNT 7  /* 7: the number stands in cell_counts */
+#define TLI_CELL_CENTRE 8 /* a polyhedron with a vertex in the middle */
 #define TLI_CELL_GHOST 16
 #define TLI_CELL_BLANK 32
 
@@ -22,6 +25,7 @@
 typedef struct tli_tally {
     uint64_t cells[TL_CELL_KIND_COUNT];
     uint64_t ghosts, blanks, repeated;
+    uint64_t faceless, open; /* polyhedra without faces, or whose faces are not closed */
     uint64_t turned, inverted, degenerate;
     uint64_t nonfinite_tets, nonfinite_values, filled;
 } tli_tally;
@@ -36,11 +40,17 @@ typedef struct tli_tets {
     tli_tally sum;
 
     uint64_t cell_count;
-    uint64_t cell_first;   /* of the data set, where this is a part of it; for messages */
-    uint64_t *block_first; /* [block_count + 1] first cell of each structured block */
-    uint8_t *point_marks;  /* [point_count] */
-    uint8_t *cell_marks;   /* [cell_count] */
-    uint64_t *piece_first; /* [pieces of cells + 1] first tet of each piece */
+    uint64_t cell_first;    /* of the data set, where this is a part of it; for messages */
+    uint64_t *block_first;  /* [block_count + 1] first cell of each structured block */
+    uint8_t *point_marks;   /* [point_count] */
+    uint8_t *cell_marks;    /* [cell_count] */
+    uint32_t *cell_counts;  /* [cell_count] tets of polyhedra and prisms; NULL if there are none */
+    uint64_t *piece_first;  /* [pieces of cells + 1] first tet of each piece */
+    uint64_t *piece_centre; /* [pieces of cells + 1] first new vertex of each piece */
+    uint64_t first_centre;  /* point that is the first new vertex */
+    uint64_t centre_count;
+    uint32_t largest_cell; /* tets of the cell that has most */
+    tli_poly *polys;       /* [threads] */
 
     tl_lidx *tets; /* [tet_count][4] */
     size_t tet_count;
@@ -49,6 +59,28 @@ typedef struct tli_tets {
     int32_t *regions;
     char *region_name; /* of the array they come from, for the log */
 } tli_tets;
+
+/* Tets of a cell. */
+static inline uint32_t tli_cell_tets(const tli_tets *t, uint64_t cell)
+{
+    uint32_t count = t->cell_marks[cell] & TLI_CELL_COUNT;
+    return count < TLI_CELL_COUNT ? count : t->cell_counts[cell];
+}
+
+/* The passes over the cells, formats_tets_cells.c: count tets and mark points; then write them,
+ * new vertices included. */
+tl_status tli_tets_count(tli_tets *t);
+tl_status tli_tets_build(tli_tets *t);
+
+/* Labelled faces to faces of tets, while points have the ids of the file: formats_labels.c. */
+typedef struct tli_label_faces {
+    uint64_t count;
+    uint32_t *labels; /* [count] which label */
+    tl_lidx *faces;   /* [count] 4 * tet + face, ascending */
+} tli_label_faces;
+tl_status tli_tets_find_labels(tli_tets *t, tli_label_faces *found);
+/* Adds them to the mesh. */
+tl_status tli_tets_add_labels(const tli_tets *t, const tli_label_faces *found, tl_mesh *mesh);
 
 /* Consumes vtkGhostType, iblank and fill values: marks points and cells. formats_missing.c */
 tl_status tli_tets_mark_missing(tli_tets *t);

@@ -5,6 +5,7 @@
 
 #include <ctype.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- regions ---- */
@@ -71,14 +72,14 @@ tl_status tli_tets_make_regions(tli_tets *t, int index)
     if (st) return st;
     size_t tet = 0;
     for (uint64_t cell = 0; cell < t->cell_count; cell++) {
-        unsigned count = t->cell_marks[cell] & TLI_CELL_COUNT;
+        uint32_t count = tli_cell_tets(t, cell);
         if (!count) continue;
         double id = round(array->values[cell]) + 0.0; /* never -0 */
         if (!tl_scalar_holds(TL_I32, id))
             return tl_fail(
                 t->ctx, TL_ERR_DATA, "cell %llu: '%s' is %g, a region is a 32-bit integer",
                 (unsigned long long)(t->cell_first + cell), array->name, array->values[cell]);
-        for (unsigned i = 0; i < count; i++) t->regions[tet++] = (int32_t)id;
+        for (uint32_t i = 0; i < count; i++) t->regions[tet++] = (int32_t)id;
     }
     return TL_OK;
 }
@@ -89,7 +90,7 @@ tl_status tli_tets_take_regions(tli_tets *t)
     t->regions = tl_mem_alloc(t->ctx, t->tet_count, sizeof *t->regions, &st);
     size_t tet = 0;
     for (uint64_t cell = 0; cell < t->cell_count && !st; cell++)
-        for (unsigned i = t->cell_marks[cell] & TLI_CELL_COUNT; i; i--)
+        for (uint32_t i = tli_cell_tets(t, cell); i; i--)
             t->regions[tet++] = t->grid->regions[cell];
     return st;
 }
@@ -109,7 +110,7 @@ static tl_status repeat_piece(void *arg, size_t begin, size_t end, unsigned work
     uint32_t components = job->array->components;
     double *out = job->out + job->t->piece_first[begin / TLI_TETS_GRAIN] * components;
     for (size_t cell = begin; cell < end; cell++)
-        for (unsigned i = job->t->cell_marks[cell] & TLI_CELL_COUNT; i; i--, out += components)
+        for (uint32_t i = tli_cell_tets(job->t, cell); i; i--, out += components)
             memcpy(out, job->array->values + cell * components, components * sizeof *out);
     return TL_OK;
 }
@@ -130,28 +131,46 @@ tl_status tli_tets_repeat(const tli_tets *t, tli_grid_array *array)
 
 /* ---- cell data to points ---- */
 
-/* Distinct vertices of the tets of one cell; at most its corners. */
-static unsigned cell_vertices(const tl_lidx *tets, unsigned tet_count,
-                              tl_lidx verts[TLI_CORNERS_MAX])
+static int compare_ids(const void *a, const void *b)
 {
-    unsigned count = 0;
-    for (unsigned i = 0; i < 4 * tet_count; i++) {
-        unsigned at = 0;
+    tl_lidx x = *(const tl_lidx *)a, y = *(const tl_lidx *)b;
+    return (x > y) - (x < y);
+}
+
+/* Distinct vertices of the tets of one cell: verts has room for 4 * tet_count. */
+static size_t cell_vertices(const tl_lidx *tets, size_t tet_count, tl_lidx *verts)
+{
+    size_t count = 0;
+    if (tet_count > TLI_SPLIT_MAX) {
+        memcpy(verts, tets, 4 * tet_count * sizeof *verts);
+        qsort(verts, 4 * tet_count, sizeof *verts, compare_ids);
+        for (size_t i = 0; i < 4 * tet_count; i++)
+            if (i == 0 || verts[i] != verts[count - 1]) verts[count++] = verts[i];
+        return count;
+    }
+    for (size_t i = 0; i < 4 * tet_count; i++) {
+        size_t at = 0;
         while (at < count && verts[at] != tets[i]) at++;
         if (at == count) verts[count++] = tets[i];
     }
     return count;
 }
 
-static double cell_volume(const tli_tets *t, const tl_lidx *tets, unsigned tet_count)
+static double cell_volume(const tli_tets *t, const tl_lidx *tets, size_t tet_count)
 {
     double sum = 0;
-    for (unsigned i = 0; i < tet_count; i++) {
+    for (size_t i = 0; i < tet_count; i++) {
         double p[4][3];
         tli_tet_corners(t->grid->xyz, tets + 4 * i, p);
         sum += tl_tet_volume(TLI_CORNERS(p));
     }
     return fabs(sum);
+}
+
+/* Room for the vertices of any cell. */
+static tl_lidx *cell_room(const tli_tets *t, tl_status *st)
+{
+    return tl_mem_alloc(t->ctx, t->largest_cell, 4 * sizeof(tl_lidx), st);
 }
 
 typedef struct average_job {
@@ -161,15 +180,14 @@ typedef struct average_job {
 } average_job;
 
 /* Weights of vertices, from volumes. A vertex of flat cells alone has weight 0. */
-static void add_weights(const tli_tets *t, double *weights)
+static void add_weights(const tli_tets *t, double *weights, tl_lidx *verts)
 {
     const tl_lidx *tets = t->tets;
     for (uint64_t cell = 0; cell < t->cell_count; cell++) {
-        unsigned count = t->cell_marks[cell] & TLI_CELL_COUNT;
-        tl_lidx verts[TLI_CORNERS_MAX];
-        unsigned vert_count = cell_vertices(tets, count, verts);
+        size_t count = tli_cell_tets(t, cell);
+        size_t vert_count = cell_vertices(tets, count, verts);
         double volume = cell_volume(t, tets, count);
-        for (unsigned v = 0; v < vert_count; v++) weights[verts[v]] += volume;
+        for (size_t v = 0; v < vert_count; v++) weights[verts[v]] += volume;
         tets += 4 * (size_t)count;
     }
 }
@@ -177,17 +195,16 @@ static void add_weights(const tli_tets *t, double *weights)
 /* One array: the sum over the cells at a vertex of weight times value, over the sum of weights. At
  * a vertex of flat cells alone they count alike. */
 static void average_array(const average_job *job, const tli_grid_array *source, double *counts,
-                          double *out)
+                          tl_lidx *verts, double *out)
 {
     const tli_tets *t = job->t;
     const tl_lidx *tets = t->tets;
     uint32_t components = source->components;
     for (uint64_t cell = 0; cell < t->cell_count; cell++) {
-        unsigned count = t->cell_marks[cell] & TLI_CELL_COUNT;
-        tl_lidx verts[TLI_CORNERS_MAX];
-        unsigned vert_count = cell_vertices(tets, count, verts);
+        size_t count = tli_cell_tets(t, cell);
+        size_t vert_count = cell_vertices(tets, count, verts);
         double volume = cell_volume(t, tets, count);
-        for (unsigned v = 0; v < vert_count; v++) {
+        for (size_t v = 0; v < vert_count; v++) {
             bool flat = job->weights[verts[v]] == 0;
             counts[verts[v]] += flat;
             double *sum = out + (size_t)verts[v] * components;
@@ -212,7 +229,9 @@ static tl_status average_task(void *arg, size_t begin, size_t end, unsigned work
         tli_grid_array *target = &job->targets[i];
         if (!target->name) continue; /* the regions */
         double *counts = tl_mem_zalloc(job->t->ctx, job->t->vert_count, sizeof *counts, &st);
-        if (!st) average_array(job, source, counts, target->values);
+        tl_lidx *verts = cell_room(job->t, &st);
+        if (!st) average_array(job, source, counts, verts, target->values);
+        tl_mem_free(job->t->ctx, verts);
         tl_mem_free(job->t->ctx, counts);
     }
     return st;
@@ -249,12 +268,14 @@ tl_status tli_tets_average_cells(tli_tets *t, int region_index)
     uint32_t arrays = t->grid->cell_array_count;
     double *weights = tl_mem_zalloc(t->ctx, t->vert_count, sizeof *weights, &st);
     tli_grid_array *targets = tl_mem_zalloc(t->ctx, arrays, sizeof *targets, &st);
+    tl_lidx *verts = cell_room(t, &st);
     if (!st) st = add_targets(t, region_index, targets);
     if (!st) {
         average_job job = {t, weights, targets};
-        add_weights(t, weights);
+        add_weights(t, weights, verts);
         st = tli_parallel(t->ctx, arrays, 1, average_task, &job);
     }
+    tl_mem_free(t->ctx, verts);
     tl_mem_free(t->ctx, targets);
     tl_mem_free(t->ctx, weights);
     for (uint32_t i = arrays; i-- > 0 && !st;)

@@ -20,7 +20,10 @@ static void fill_report(tli_tets *t)
     memcpy(r->cells, t->sum.cells, sizeof r->cells);
     r->ghost_cells = t->sum.ghosts;
     r->blank_cells = t->sum.blanks;
-    for (int k = TL_CELL_POLYHEDRON; k < TL_CELL_KIND_COUNT; k++) r->surface_cells += r->cells[k];
+    r->surface_cells = t->sum.faceless;
+    for (int k = TL_CELL_SURFACE; k < TL_CELL_KIND_COUNT; k++) r->surface_cells += r->cells[k];
+    r->open_cells = t->sum.open;
+    r->new_points = t->centre_count;
     r->turned = t->sum.turned;
     r->inverted = t->sum.inverted;
     r->degenerate = t->sum.degenerate;
@@ -32,7 +35,7 @@ static void say_left_out(tli_tets *t)
     if (!t->report.surface_cells) return;
     char text[256];
     int length = 0;
-    for (int k = TL_CELL_POLYHEDRON; k < TL_CELL_KIND_COUNT; k++)
+    for (int k = TL_CELL_SURFACE; k < TL_CELL_KIND_COUNT; k++)
         if (t->report.cells[k])
             length += snprintf(text + length, sizeof text - (size_t)length, " %s %llu",
                                tl_cell_kind_name((tl_cell_kind)k),
@@ -52,6 +55,9 @@ static void say_what_changed(tli_tets *t)
         const char *text;
     } lines[] = {
         {quadratic, "cells of higher order taken by their corners"},
+        {t->sum.faceless, "polyhedra without faces left out"},
+        {r->open_cells, "polyhedra left out, whose faces do not close"},
+        {r->new_points, "polyhedra split from a new vertex in their middle"},
         {r->ghost_cells, "ghost cells dropped"},
         {r->blank_cells, "cells cut away for missing values"},
         {t->opts.keep_fill ? t->sum.filled : 0, "missing values kept as NaN"},

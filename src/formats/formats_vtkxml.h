@@ -175,6 +175,9 @@ tl_status tli_vx_fail_offset(const tli_vx_file *file, const tli_vx_array *ends, 
 /* Sets file->time from field data. */
 tl_status tli_vx_time_read(tli_vx_file *file);
 
+/* Adds the faces of polyhedra, where there are any, and names them in the connectivity.
+ * formats_vtu_faces.c */
+tl_status tli_vx_read_faces(tli_vx_file *file, tli_grid *grid);
 tl_status tli_vx_read_unstructured(tli_vx_file *file, tli_grid *grid);
 tl_status tli_vx_read_structured(tli_vx_file *file, tli_grid *grid);
 

@@ -1,5 +1,5 @@
 /* VTK XML: unstructured grids. Pieces follow one another in the grid; cells of every type pass
- * through as they are. */
+ * through as they are, polyhedra with their faces (formats_vtu_faces.c). */
 #include <string.h>
 
 #include "formats/formats_split.h"
@@ -71,11 +71,7 @@ static tl_status open_cells(tli_vx_file *file, const tli_vx_piece *piece)
     tl_status st = find_cell_array(file, piece, "offsets", piece->cell_count, &array);
     if (!st) st = find_cell_array(file, piece, "types", piece->cell_count, &array);
     if (!st) st = find_cell_array(file, piece, "connectivity", 0, &array);
-    if (!st) st = tli_vx_open(file, array);
-    if (tli_vx_find(file, piece, TLI_VX_CELLS, "faces") ||
-        tli_vx_find(file, piece, TLI_VX_CELLS, "face_connectivity"))
-        tl_log(file->ctx, TL_LOG_INFO, "faces of polyhedra left out; their points are kept");
-    return st;
+    return st ? st : tli_vx_open(file, array);
 }
 
 tl_status tli_vx_fail_offset(const tli_vx_file *file, const tli_vx_array *ends, uint64_t cell,
@@ -154,6 +150,7 @@ static tl_status read_cells(tli_vx_file *file, tli_grid *grid)
     for (size_t p = 0; !st && p < file->piece_count; p++)
         if (file->pieces[p].cell_count) st = read_offsets(file, &file->pieces[p], grid, &length);
     if (!st) st = read_connectivity(file, grid);
+    if (!st) st = tli_vx_read_faces(file, grid);
     if (!st) drop_tet_types(grid);
     return st;
 }

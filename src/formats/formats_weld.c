@@ -3,6 +3,7 @@
  * coordinates); each looks into its cell and the neighbours for the point of the smallest index
  * that is near. Only points that stayed themselves draw others, in the order of their indices, so
  * the result depends on the file alone and no chain of near points shrinks a mesh. */
+#include "base/base_vec.h"
 #include "formats/formats_grid.h"
 #include "formats/formats_split.h"
 
@@ -36,9 +37,9 @@ static size_t hash_cell(const weld_table *t, const int64_t at[3])
 /* False for a point that is not finite: it is welded to none. */
 static bool cell_of(const weld_table *t, const double *p, int64_t at[3])
 {
+    if (!vec_is_finite(p)) return false;
     for (int axis = 0; axis < 3; axis++) {
         double x = p[axis] + 0.0; /* never -0 */
-        if (!isfinite(x)) return false;
         if (t->distance == 0)
             memcpy(&at[axis], &x, sizeof x);
         else
@@ -75,7 +76,7 @@ static void set_cells(weld_table *t, const double *xyz, size_t points)
     bool any = false;
     for (size_t i = 0; i < points; i++) {
         const double *p = xyz + 3 * i;
-        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) continue;
+        if (!vec_is_finite(p)) continue;
         for (int axis = 0; axis < 3; axis++) {
             if (!any || p[axis] < t->low[axis]) t->low[axis] = p[axis];
             if (!any || p[axis] > high[axis]) high[axis] = p[axis];
