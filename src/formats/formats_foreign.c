@@ -38,8 +38,6 @@ static const magic magics[] = {
 static const magic words[] = {
     MAGIC("<Xdmf", "XDMF"),
     MAGIC("FoamFile", "OpenFOAM"),
-    MAGIC("type: ensight", "EnSight case"),
-    MAGIC("type:\tensight", "EnSight case"),
 };
 
 /* Endings of names that mean a format, where the bytes do not tell. */
@@ -52,7 +50,6 @@ static const struct {
     {".e", "Exodus II"},
     {".exii", "Exodus II"},
     {".vtkhdf", "VTKHDF"},
-    {".case", "EnSight case"},
     {".msh", "Fluent MSH, or another that does not begin with $MeshFormat"},
     {".xdmf", "XDMF"},
     {".xmf", "XDMF"},

@@ -107,5 +107,10 @@ tl_status tli_read_slc(tl_ctx *ctx, const tli_source *source, const tl_read_opts
 tli_match tli_match_tetgen(const tli_source *source);
 tl_status tli_read_tetgen(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
                           tli_grid *grid);
+tli_match tli_match_ensight(const tli_source *source);
+tl_status tli_read_ensight(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                           tli_grid *grid);
+tl_status tli_steps_ensight(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                            tl_steps *steps);
 
 #endif

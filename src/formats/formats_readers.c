@@ -102,6 +102,11 @@ static tl_status read_raw(tl_ctx *ctx, const tli_source *source, const tl_read_o
 /* ---- the table ---- */
 
 const tli_reader tli_readers[] = {
+    {{"EnSight", "EnSight 6 and Gold, text and C binary, with their time sets", ".case .encas .sos",
+      NULL, .reads = true, .series = true},
+     tli_match_ensight,
+     tli_read_ensight,
+     tli_steps_ensight},
     {{"Gaussian cube", "values on a lattice around a molecule", ".cube .cub", NULL, .reads = true},
      tli_match_cube,
      tli_read_cube,
