@@ -259,7 +259,7 @@ static void check_file(tl_ctx *ctx, const real_file *f)
                  f->path, (unsigned long long)report.points, tl_mesh_tet_count(mesh),
                  (unsigned long long)report.cells[f->kind % TL_CELL_KIND_COUNT],
                  (unsigned long long)f->points, f->tets, (unsigned long long)f->cells);
-    CHECK_EQ(tl_mesh_vert_count(mesh), report.points - report.unused_points);
+    CHECK_EQ(tl_mesh_vert_count(mesh), report.points - report.unused_points + report.new_points);
     const tl_channel *channel = f->channel ? tl_mesh_channel_by_name(mesh, f->channel) : NULL;
     if (f->channel && !channel) fail_msg("%s: no channel '%s'", f->path, f->channel);
     if (channel) {
