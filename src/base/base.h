@@ -54,6 +54,10 @@ tl_status tli_ctx_fork(tl_ctx *ctx, tl_ctx **fork);
  * calling thread in ctx. Returns status. */
 tl_status tli_ctx_join(tl_ctx *ctx, tl_ctx *fork, tl_status status);
 
+/* The context a fork was made of, in the end; of any other itself. What a fork allocated may be
+ * freed with it, so that it can outlive the fork. */
+tl_ctx *tli_ctx_owner(tl_ctx *ctx);
+
 /* Monotonic time in seconds. */
 double tli_clock_s(void);
 

@@ -177,6 +177,11 @@ tl_status tli_ctx_fork(tl_ctx *ctx, tl_ctx **fork)
     return TL_OK;
 }
 
+tl_ctx *tli_ctx_owner(tl_ctx *ctx)
+{
+    return ctx->root;
+}
+
 tl_status tli_ctx_join(tl_ctx *ctx, tl_ctx *fork, tl_status status)
 {
     if (fork && status) *own_message(ctx) = fork->messages[0];

@@ -324,10 +324,11 @@ static tl_status load_page(tl_ctx *ctx, const tl_store *store, uint32_t id, tli_
     uint8_t *bytes = tl_mem_alloc(ctx, entry->page_bytes, 1, &st);
     if (!st) {
         page_task task = {.ctx = ctx, .store = store, .id = id, .page = p};
-        p->ctx = ctx;
+        p->ctx = tli_ctx_owner(ctx);
         tli_arena_open(ctx, &p->arena);
         st = tli_store_read(ctx, store, entry->page_ofs, bytes, entry->page_bytes);
         if (!st) st = unpack(&task, bytes, entry->page_bytes);
+        p->arena.ctx = p->ctx;
         if (st) tli_arena_close(&p->arena);
     }
     tl_mem_free(ctx, bytes);

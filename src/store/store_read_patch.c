@@ -128,7 +128,7 @@ tl_status tl_store_codec(tl_ctx *ctx, const tl_store *store, const tl_codec **co
     if (!there) {
         tli_store_tables *made = tl_mem_alloc(ctx, 1, sizeof *made, &st);
         if (st) return st;
-        *made = (tli_store_tables){.ctx = ctx};
+        *made = (tli_store_tables){.ctx = tli_ctx_owner(ctx)};
         st = tl_codec_read(ctx, store->codec.bytes, store->codec.byte_count, &made->codec);
         if (st) {
             tl_mem_free(ctx, made);
