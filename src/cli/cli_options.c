@@ -58,9 +58,9 @@ static const cli_option COMMON[] = {
 };
 const cli_group cli_group_common = {"Common", COMMON, sizeof COMMON / sizeof *COMMON};
 
-const cli_verb *const cli_verbs[] = {
-    &cli_verb_sample,  &cli_verb_info,    &cli_verb_convert, &cli_verb_simplify,
-    &cli_verb_compare, &cli_verb_formats, &cli_verb_bench,   NULL};
+const cli_verb *const cli_verbs[] = {&cli_verb_sample,   &cli_verb_info,    &cli_verb_convert,
+                                     &cli_verb_simplify, &cli_verb_compare, &cli_verb_extract,
+                                     &cli_verb_formats,  &cli_verb_bench,   NULL};
 
 /* ---- messages ---- */
 
@@ -151,6 +151,14 @@ bool cli_split_named(const char *text, char *name, size_t name_bytes, const char
     name[equals - text] = '\0';
     *value = equals + 1;
     return true;
+}
+
+bool cli_parse_bound(const char *text, char name[CLI_NAME_BYTES], double *value, bool *percent)
+{
+    const char *amount = text;
+    *name = '\0';
+    if (strchr(text, '=') && !cli_split_named(text, name, CLI_NAME_BYTES, &amount)) return false;
+    return cli_parse_amount(amount, value, percent) && *value > 0;
 }
 
 static bool parse_count(const char *text, uint64_t *count)

@@ -33,6 +33,12 @@ typedef enum cli_id {
     CLI_CHANNELS,
     CLI_MIN_QUALITY,
     CLI_SEED,
+    CLI_LEVEL,
+    CLI_FULL,
+    CLI_BOX,
+    CLI_OUTSIDE_ERROR,
+    CLI_VIEW,
+    CLI_PIXELS,
     CLI_ISO,
     CLI_SPACING,
     CLI_SKIP_BOUNDARY,
@@ -140,6 +146,7 @@ extern const cli_verb cli_verb_info;
 extern const cli_verb cli_verb_convert;
 extern const cli_verb cli_verb_simplify;
 extern const cli_verb cli_verb_compare;
+extern const cli_verb cli_verb_extract;
 extern const cli_verb cli_verb_bench;
 extern const cli_verb cli_verb_formats;
 
@@ -154,6 +161,9 @@ bool cli_parse_real(const char *text, double *value);
 /* Splits "NAME=VALUE" at its last '='; name receives the part before, false if there is none or it
  * does not fit. */
 bool cli_split_named(const char *text, char *name, size_t name_bytes, const char **value);
+
+/* Reads an error bound "[CHANNEL=]V[%]" above 0; name stays empty for all channels. */
+bool cli_parse_bound(const char *text, char name[CLI_NAME_BYTES], double *value, bool *percent);
 
 /* Says what is wrong and where the help is; returns CLI_WRONG_USE. verb may be NULL. */
 int cli_misuse(const cli_verb *verb, const char *format, ...) TL_PRINTF(2, 3);

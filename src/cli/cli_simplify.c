@@ -51,15 +51,6 @@ typedef struct request {
 
 /* ---- options ---- */
 
-/* Splits an --error value: name stays empty for all channels. false if it is no bound. */
-static bool parse_error(const char *text, char *name, double *value, bool *percent)
-{
-    const char *amount = text;
-    *name = '\0';
-    if (strchr(text, '=') && !cli_split_named(text, name, CLI_NAME_BYTES, &amount)) return false;
-    return cli_parse_amount(amount, value, percent) && *value > 0;
-}
-
 /* What can be refused before anything is read. */
 static int check_words(const cli_session *session)
 {
@@ -74,7 +65,7 @@ static int check_words(const cli_session *session)
         char name[CLI_NAME_BYTES];
         double value;
         bool percent;
-        if (!parse_error(errors->items[i], name, &value, &percent))
+        if (!cli_parse_bound(errors->items[i], name, &value, &percent))
             return cli_misuse(verb,
                               "--error %s: expected V, V%%, CHANNEL=V or CHANNEL=V%%, above 0",
                               errors->items[i]);
@@ -142,7 +133,7 @@ static int add_errors(const cli_session *session, request *r, const tl_mesh *mes
             char name[CLI_NAME_BYTES];
             double value = 0;
             bool percent = false;
-            parse_error(errors->items[e], name, &value, &percent);
+            cli_parse_bound(errors->items[e], name, &value, &percent);
             if ((*name != '\0') != named) continue;
             if (named && !find_request(r, name)) {
                 if (!cli_vertex_channel(mesh, name))

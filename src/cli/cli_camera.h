@@ -1,0 +1,13 @@
+/* A camera from a JSON file. */
+#ifndef TETRALOD_CLI_CAMERA_H
+#define TETRALOD_CLI_CAMERA_H
+
+#include "cli_session.h"
+
+/* Reads a camera: an object with position, focal_point, view_up (three numbers each), view_angle
+ * (degrees) or parallel_scale, and size (two numbers, pixels); names as VTK writes them (Position,
+ * FocalPoint ...) will do, and what is missing takes its default. Returns an exit status; the
+ * message is out already. */
+int cli_camera_read(const char *path, tl_camera *camera);
+
+#endif
