@@ -117,6 +117,27 @@ TL_API tl_status tl_channel_decode(tl_ctx *ctx, const tl_codec *codec, unsigned 
                                    uint32_t components, const uint8_t *bytes, size_t byte_count,
                                    int64_t *values);
 
+/* What coding a mesh in patches costs. Bits are sums over all patches. */
+typedef struct tl_codec_report {
+    size_t patch_count, tet_count;
+    size_t vert_count;        /* of all patches together: shared ones count in each */
+    size_t border_face_count; /* of all patches together */
+    size_t table_bytes;
+    double connectivity_bits, place_bits, flag_bits, region_bits, channel_bits;
+    double topology_bytes, channel_bytes; /* blobs as they are stored */
+    double encode_s, topology_decode_s,
+        channel_decode_s; /* CPU time of one run, the least of all */
+} tl_codec_report;
+
+/* Cuts a mesh into patches of at most patch_tets tets by planes, codes and decodes them with
+ * tables trained on all of them, and compares what comes back. Places are taken to a lattice of the
+ * largest power of two not above position_error * diagonal, values to steps of channel_error *
+ * range or, for 0, without loss; for tables and timing. Runs on the thread of the context.
+ * TL_ERR_ARG for options out of range, TL_ERR_DATA if something comes back changed. */
+TL_API tl_status tl_codec_measure(tl_ctx *ctx, const tl_mesh *mesh, uint32_t patch_tets,
+                                  double position_error, double channel_error, unsigned runs,
+                                  tl_codec_report *report);
+
 #ifdef __cplusplus
 }
 #endif

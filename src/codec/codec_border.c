@@ -18,6 +18,7 @@ tl_status tli_border_open(tl_ctx *ctx, uint32_t vert_capacity, uint32_t tet_capa
     border->fans = tl_mem_alloc(ctx, tet_capacity, sizeof *border->fans, &st);
     border->next = tl_mem_alloc(ctx, tet_capacity, 4 * sizeof *border->next, &st);
     border->head = tl_mem_alloc(ctx, vert_capacity, sizeof *border->head, &st);
+    border->tail = tl_mem_alloc(ctx, vert_capacity, sizeof *border->tail, &st);
     border->waiting = tl_mem_zalloc(ctx, words, sizeof *border->waiting, &st);
     if (!st)
         for (uint32_t v = 0; v < vert_capacity; v++) border->head[v] = TL_NONE;
@@ -29,5 +30,6 @@ void tli_border_close(tl_ctx *ctx, tli_border *border)
     tl_mem_free(ctx, border->fans);
     tl_mem_free(ctx, border->next);
     tl_mem_free(ctx, border->head);
+    tl_mem_free(ctx, border->tail);
     tl_mem_free(ctx, border->waiting);
 }

@@ -7,8 +7,9 @@
  *
  * An open face waits at the smallest of its vertices (vertices are numbered as they arrive), and
  * vertices have their turn in ascending order: what is around one vertex is finished before the
- * next. A face whose turn comes is the gate: its vertices are (p, a, b), p the smallest, seen from
- * the far side counter-clockwise for positive tets, so that a tet beyond it is (p, a, b, d). */
+ * next, faces in the order in which they came. A face whose turn comes is the gate: its vertices
+ * are (p, a, b), p the smallest, seen from the far side counter-clockwise for positive tets, so
+ * that a tet beyond it is (p, a, b, d). */
 #ifndef TETRALOD_SRC_CODEC_BORDER_H
 #define TETRALOD_SRC_CODEC_BORDER_H
 
@@ -29,7 +30,7 @@ typedef struct tli_border {
     uint32_t (*opposite)[4];              /* [tet] */
     uint32_t (*fans)[16];                 /* [tet] other end of the fan, for slots of open faces */
     uint32_t *next;                       /* [4 * tet] the face that waits behind this one */
-    uint32_t *head;                       /* [vertex] the first that waits, or TL_NONE */
+    uint32_t *head, *tail;                /* [vertex] the first and last that waits, or TL_NONE */
     uint64_t *waiting;                    /* a bit a vertex: may have faces that wait */
 } tli_border;
 
@@ -75,8 +76,12 @@ static inline void border_wait(tli_border *b, uint32_t tet, uint32_t face)
     uint32_t least = corners[turn[0]];
     if (corners[turn[1]] < least) least = corners[turn[1]];
     if (corners[turn[2]] < least) least = corners[turn[2]];
-    b->next[4 * tet + face] = b->head[least];
-    b->head[least] = 4 * tet + face;
+    b->next[4 * tet + face] = TL_NONE;
+    if (b->head[least] == TL_NONE)
+        b->head[least] = 4 * tet + face;
+    else
+        b->next[b->tail[least]] = 4 * tet + face;
+    b->tail[least] = 4 * tet + face;
     b->waiting[least >> 6] |= (uint64_t)1 << (least & 63);
 }
 
@@ -132,6 +137,24 @@ static inline bool border_is_reverse(const tli_border *b, const tli_gate *gate, 
         if ((first = (first + 1) & 3) == f) return false;
     const uint8_t *turn = tli_border_corners[f][first];
     return corners[turn[1]] == gate->vertex[2] && corners[turn[2]] == gate->vertex[1];
+}
+
+/* The vertices around the gate's vertex k along faces that are not glued, from the face beyond one
+ * edge to that beyond the other: what a tet beyond the gate may reach to. Returns how many. */
+#define UMBRELLA_MAX 32u
+static inline uint32_t border_umbrella(const tli_border *b, const tli_gate *gate, uint32_t k,
+                                       uint32_t vertices[UMBRELLA_MAX])
+{
+    uint32_t pivot = gate->vertex[k], end = gate->end[k == 2 ? 0 : k + 1], count = 0;
+    uint32_t start = 4 * gate->tet + gate->face;
+    while (end >> 2 != start && count < UMBRELLA_MAX) {
+        const uint16_t *corners = b->tets[end >> 4];
+        uint32_t face = end >> 2 & 3, apex = end & 3, other = 0;
+        while (other == face || other == apex || corners[other] == pivot) other++;
+        vertices[count++] = corners[apex];
+        end = (*b->fans)[4 * (end >> 2) + other] & FAN_SLOT;
+    }
+    return count;
 }
 
 /* Makes the gate and an open face with the same vertices, reversed, the two sides of one. */

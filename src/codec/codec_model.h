@@ -32,6 +32,11 @@
 #define OP_JOIN 9u  /* a tet with a vertex that is there, glued to none of the three */
 #define OP_GLUE 10u /* the tet beyond is there */
 
+/* The vertex of OP_JOIN: its place in the umbrella of p, of a or of b, or its number. */
+#define JOIN_A 13u
+#define JOIN_B 14u
+#define JOIN_NUMBER 15u
+
 /* Numbers are coded by their length in bits beside an expected one. */
 #define NUMBER_ROWS 32u
 #define NUMBER_ZERO 0u
@@ -40,21 +45,34 @@
 #define NUMBER_ESCAPE_BITS 7u
 
 /* Rows of a class. */
-#define OP_ROWS 512u
+#define OP_STATES 16u
+#define OP_STATE_GLUE 15u
+#define OP_FANS_AB 4u /* fans of more tets count as this many */
+#define OP_FANS_P 6u
+#define OP_STATE_ROWS (OP_FANS_AB * OP_FANS_P * OP_FANS_P)
+#define OP_ROWS (OP_STATES * OP_STATE_ROWS)
+#define JOIN_ROWS 8u
 #define REGION_ROWS 3u
 #define REGION_RECENT 14u
 #define REGION_ESCAPE 15u
-#define PLACE_GROUPS 3u
+#define PLACE_GROUPS 4u /* by how good the guess is; the last: guesses of other modes than 0 */
+#define MODE_KIN 4u
+#define MODE_ROWS (MODE_KIN * RANS_SYMBOLS)
 enum {
     ROW_OP = 0,
-    ROW_START = ROW_OP + OP_ROWS, /* by corner: is the vertex of a first tet new */
+    ROW_JOIN = ROW_OP + OP_ROWS, /* around p, then around a or b, by the size of the umbrella */
+    ROW_START = ROW_JOIN + 2 * JOIN_ROWS, /* by corner: is the vertex of a first tet new */
     ROW_SHARED =
         ROW_START + 4, /* by: lies on a border face; was the last one of that kind shared */
     ROW_REGION = ROW_SHARED + 4,
-    ROW_PLACE = ROW_REGION + REGION_ROWS,
+    ROW_MODE = ROW_REGION + REGION_ROWS, /* by the number of kin and the mode before */
+    ROW_PLACE = ROW_MODE + MODE_ROWS,
     ROW_CHANNEL = ROW_PLACE + PLACE_GROUPS * NUMBER_ROWS /* NUMBER_ROWS + 1 a channel */
 };
 #define CHANNEL_ROWS (NUMBER_ROWS + 1)
+
+/* [open][same apexes]: the state of a gate. */
+extern const uint8_t tli_op_states[8][8];
 
 struct tl_codec {
     tl_lattice lattice;
@@ -88,14 +106,41 @@ static inline uint32_t model_bits_for(uint32_t count)
     return bits;
 }
 
+/* Rows of operations by what the gate sees: which faces over its edges are open and which of their
+ * apexes are one vertex (a state), and how many tets the fans have. The state of a gate whose other
+ * side may be there already is OP_STATE_GLUE. */
 static inline uint32_t model_op_row(const tli_gate *gate)
 {
-    uint32_t row = gate->open;
-    for (int k = 0; k < 3; k++) {
-        uint32_t fan = gate->fan[k] < 4 ? gate->fan[k] - 1 : 3;
-        row = row * 4 + fan;
-    }
-    return ROW_OP + row;
+    const uint32_t *apex = gate->apex, *fan = gate->fan;
+    uint32_t same = (uint32_t)(apex[0] == apex[1]) | (uint32_t)(apex[0] == apex[2]) << 1 |
+                    (uint32_t)(apex[1] == apex[2]) << 2;
+    uint32_t glue = (uint32_t)(apex[0] == gate->vertex[0]) |
+                    (uint32_t)(apex[1] == gate->vertex[1]) << 1 |
+                    (uint32_t)(apex[2] == gate->vertex[2]) << 2;
+    uint32_t state = glue & gate->open ? OP_STATE_GLUE : (uint32_t)tli_op_states[gate->open][same];
+    uint32_t row = state * OP_FANS_AB + (fan[0] < OP_FANS_AB ? fan[0] : OP_FANS_AB) - 1;
+    row = row * OP_FANS_P + (fan[1] < OP_FANS_P ? fan[1] : OP_FANS_P) - 1;
+    return ROW_OP + row * OP_FANS_P + (fan[2] < OP_FANS_P ? fan[2] : OP_FANS_P) - 1;
+}
+
+/* Places in an umbrella count from its two ends in turn, since near ones are more likely. Those
+ * from JOIN_A on are not told. */
+static inline uint32_t model_join_symbol(uint32_t place, uint32_t count)
+{
+    uint32_t from_end = count - 1 - place;
+    return place <= from_end ? 2 * place : 2 * from_end + 1;
+}
+
+/* The inverse; not below count if there is none. */
+static inline uint32_t model_join_place(uint32_t symbol, uint32_t count)
+{
+    return symbol & 1 ? count - 1 - symbol / 2 : symbol / 2;
+}
+
+static inline uint32_t model_join_row(uint32_t k, uint32_t count)
+{
+    uint32_t row = count < JOIN_ROWS ? count : JOIN_ROWS - 1;
+    return ROW_JOIN + (k ? JOIN_ROWS : 0) + row;
 }
 
 /* ---- numbers ---- */

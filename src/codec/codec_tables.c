@@ -30,12 +30,20 @@ void tli_distribution_row(const tli_distribution *distribution, int16_t row[RANS
 
 bool tli_row_group_at(size_t index, size_t channel_count, tli_row_group *group)
 {
-    static const tli_row_group fixed[] = {{ROW_OP, OP_ROWS},
+    static const tli_row_group fixed[] = {{ROW_JOIN, JOIN_ROWS},
+                                          {ROW_JOIN + JOIN_ROWS, JOIN_ROWS},
                                           {ROW_START, ROW_SHARED - ROW_START},
                                           {ROW_SHARED, ROW_REGION - ROW_SHARED},
                                           {ROW_REGION, REGION_ROWS},
+                                          {ROW_MODE, MODE_ROWS},
                                           {ROW_PLACE, PLACE_GROUPS * NUMBER_ROWS}};
     size_t fixed_count = sizeof fixed / sizeof *fixed;
+    if (index < OP_STATES) {
+        group->first = ROW_OP + (uint32_t)index * OP_STATE_ROWS;
+        group->count = OP_STATE_ROWS;
+        return true;
+    }
+    index -= OP_STATES;
     if (index < fixed_count) {
         *group = fixed[index];
         return true;

@@ -43,6 +43,13 @@ static inline bool topology_is_outside(const tl_lattice *lattice, int64_t place)
                                              : (uint64_t)place > UINT32_MAX;
 }
 
+/* The row of a guess's mode; of a guess without elder there is none. */
+static inline uint32_t topology_mode_row(uint32_t kin_count, uint32_t mode_before)
+{
+    uint32_t kin = kin_count < MODE_KIN ? kin_count - 1 : MODE_KIN - 1;
+    return ROW_MODE + kin * RANS_SYMBOLS + mode_before;
+}
+
 /* Region ids that were last, the latest first. */
 typedef struct tli_regions {
     int32_t recent[REGION_RECENT];

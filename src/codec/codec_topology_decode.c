@@ -81,13 +81,29 @@ static uint32_t common_apex(reader *r, const tli_gate *gate, uint32_t mask)
     return d;
 }
 
+static uint32_t read_join(reader *r, const tli_gate *gate)
+{
+    uint32_t k = 0, around[UMBRELLA_MAX], count = border_umbrella(&r->border, gate, 0, around);
+    uint32_t symbol = rans_symbol(&r->rans, r->rows[model_join_row(0, count)]);
+    if (symbol == JOIN_NUMBER) return read_vertex(r, r->border.vert_count);
+    if (symbol >= JOIN_A) {
+        k = symbol == JOIN_A ? 1 : 2;
+        count = border_umbrella(&r->border, gate, k, around);
+        symbol = rans_symbol(&r->rans, r->rows[model_join_row(k, count)]);
+    }
+    uint32_t place = model_join_place(symbol, count);
+    if (place < count) return around[place];
+    r->wrong = "joins a tet to a vertex that is not around";
+    return 0;
+}
+
 static void read_tet(reader *r, const tli_gate *gate, uint32_t op)
 {
     uint32_t mask = 0, d;
     if (op == OP_GROW) {
         d = new_vertex(r);
     } else if (op == OP_JOIN) {
-        d = read_vertex(r, r->border.vert_count);
+        d = read_join(r, gate);
         if (d == gate->vertex[0] || d == gate->vertex[1] || d == gate->vertex[2])
             r->wrong = "joins a tet to a vertex that it has";
     } else {
@@ -193,28 +209,37 @@ static void read_places(reader *r, const tl_lattice *lattice, const tli_kin *kin
     const int64_t(*places)[3] = (const int64_t(*)[3])patch->places;
     tli_scale scales[PLACE_GROUPS][3] = {{{0}}};
     tli_shifts shifts = {{{0}}};
+    uint32_t mode_before = 0;
     bool outside = false;
     for (int i = 0; i < 6 && (r->flags & TOPOLOGY_SHIFTED); i++)
         shifts.by[i / 3][i % 3] = (uint8_t)rans_raw(&r->rans, SHIFT_BITS);
     for (int a = 0; a < 3 && patch->vert_count > 0; a++)
         patch->places[0][a] =
             topology_place_of(lattice, rans_raw(&r->rans, topology_place_bits(lattice)));
-    for (uint32_t v = 1; v < patch->vert_count; v++) {
+    for (uint32_t v = 1; v < patch->vert_count && !r->wrong; v++) {
         tli_guess guess;
+        uint32_t mode = 0, group;
         tli_kin_place(kin, v, places, &guess);
+        if (guess.elder != TL_NONE) {
+            mode = rans_symbol(&r->rans, r->rows[topology_mode_row(guess.kin_count, mode_before)]);
+            if (mode >= GUESS_MODES) r->wrong = "has a guess of no mode";
+            mode_before = mode;
+        }
+        group = mode ? PLACE_GROUPS - 1 : guess.group;
         for (int a = 0; a < 3; a++) {
             uint32_t shift = shifts.by[patch->shared[v]][a];
             uint64_t base = (uint64_t)places[0][a];
-            int64_t expected = topology_shifted((int64_t)(guess.at[a] - base), shift);
+            int64_t expected =
+                topology_shifted((int64_t)(kin_guess(&guess, mode, places, a) - base), shift);
             uint32_t around = guess.around[a] > shift ? guess.around[a] - shift : 0;
-            int64_t beside = read_number(&r->rans, r->rows, ROW_PLACE + guess.group * NUMBER_ROWS,
-                                         &scales[guess.group][a], around);
+            int64_t beside = read_number(&r->rans, r->rows, ROW_PLACE + group * NUMBER_ROWS,
+                                         &scales[group][a], around);
             uint64_t place = ((uint64_t)beside + (uint64_t)expected) << shift;
             patch->places[v][a] = (int64_t)(place + base);
             outside |= topology_is_outside(lattice, patch->places[v][a]);
         }
     }
-    if (outside) r->wrong = "has a place outside of the lattice";
+    if (outside && !r->wrong) r->wrong = "has a place outside of the lattice";
 }
 
 static tl_status read_rest(tl_ctx *ctx, const tl_lattice *lattice, reader *r)

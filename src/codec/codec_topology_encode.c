@@ -63,6 +63,9 @@ static void tell_regions(const tl_patch *patch, tli_tokens *tokens)
 
 /* ---- places ---- */
 
+/* What a guess of another mode must save to be no accident. */
+#define MODE_GAIN_BITS 9u
+
 /* The common powers of two of the places beside that of vertex 0; true if there are any. */
 static bool find_shifts(const tl_patch *patch, tli_shifts *shifts)
 {
@@ -82,25 +85,78 @@ static bool find_shifts(const tl_patch *patch, tli_shifts *shifts)
     return any;
 }
 
+/* Where a place is beside a guess, in units of the patch. */
+typedef struct offset {
+    int64_t beside[3];
+} offset;
+
+static offset offset_of(const tl_patch *patch, const tli_shifts *shifts, uint32_t v,
+                        const tli_guess *guess, uint32_t mode)
+{
+    const int64_t(*places)[3] = (const int64_t(*)[3])patch->places;
+    offset o;
+    for (int a = 0; a < 3; a++) {
+        uint32_t shift = shifts->by[patch->shared[v]][a];
+        uint64_t base = (uint64_t)places[0][a];
+        int64_t place = topology_shifted((int64_t)((uint64_t)places[v][a] - base), shift);
+        int64_t expected =
+            topology_shifted((int64_t)(kin_guess(guess, mode, places, a) - base), shift);
+        o.beside[a] = (int64_t)((uint64_t)place - (uint64_t)expected);
+    }
+    return o;
+}
+
+static uint32_t offset_bits(const offset *o)
+{
+    uint32_t bits = 0;
+    for (int a = 0; a < 3; a++)
+        bits +=
+            model_length(o->beside[a] < 0 ? 0 - (uint64_t)o->beside[a] : (uint64_t)o->beside[a]);
+    return bits;
+}
+
+/* The mode that leaves the least to say; others than 0 only where they are no accident. */
+static uint32_t find_mode(const tl_patch *patch, const tli_shifts *shifts, uint32_t v,
+                          const tli_guess *guess, offset *o)
+{
+    uint32_t best = 0, best_bits;
+    *o = offset_of(patch, shifts, v, guess, 0);
+    best_bits = offset_bits(o);
+    best_bits = best_bits > MODE_GAIN_BITS ? best_bits - MODE_GAIN_BITS : 0;
+    for (uint32_t mode = 1; mode < GUESS_MODES && guess->elder != TL_NONE; mode++) {
+        offset other = offset_of(patch, shifts, v, guess, mode);
+        if (offset_bits(&other) >= best_bits) continue;
+        best_bits = offset_bits(&other);
+        best = mode;
+        *o = other;
+    }
+    return best;
+}
+
 static void tell_places(const tl_lattice *lattice, const tl_patch *patch, const tli_kin *kin,
                         const tli_shifts *shifts, bool shifted, tli_tokens *tokens)
 {
     const int64_t(*places)[3] = (const int64_t(*)[3])patch->places;
     tli_scale scales[PLACE_GROUPS][3] = {{{0}}};
+    uint32_t mode_before = 0;
     for (int i = 0; i < 6 && shifted; i++) tokens_raw(tokens, shifts->by[i / 3][i % 3], SHIFT_BITS);
     for (int a = 0; a < 3 && patch->vert_count > 0; a++)
         tokens_raw(tokens, (uint64_t)places[0][a], topology_place_bits(lattice));
     for (uint32_t v = 1; v < patch->vert_count; v++) {
         tli_guess guess;
+        offset o;
         tli_kin_place(kin, v, places, &guess);
+        uint32_t mode = find_mode(patch, shifts, v, &guess, &o);
+        uint32_t group = mode ? PLACE_GROUPS - 1 : guess.group;
+        if (guess.elder != TL_NONE) {
+            tokens_symbol(tokens, topology_mode_row(guess.kin_count, mode_before), mode);
+            mode_before = mode;
+        }
         for (int a = 0; a < 3; a++) {
             uint32_t shift = shifts->by[patch->shared[v]][a];
-            uint64_t base = (uint64_t)places[0][a];
-            int64_t place = topology_shifted((int64_t)((uint64_t)places[v][a] - base), shift);
-            int64_t expected = topology_shifted((int64_t)(guess.at[a] - base), shift);
             uint32_t around = guess.around[a] > shift ? guess.around[a] - shift : 0;
-            tokens_number(tokens, ROW_PLACE + guess.group * NUMBER_ROWS, &scales[guess.group][a],
-                          around, (int64_t)((uint64_t)place - (uint64_t)expected));
+            tokens_number(tokens, ROW_PLACE + group * NUMBER_ROWS, &scales[group][a], around,
+                          o.beside[a]);
         }
     }
 }

@@ -130,6 +130,25 @@ static void order_corners(const walker *w, const tli_gate *gate, uint32_t across
     }
 }
 
+/* Says a vertex that is there: by its place around p, a or b, else by its number. */
+static void tell_join(walker *w, const tli_gate *gate, uint32_t d)
+{
+    static const uint32_t elsewhere[3] = {0, JOIN_A, JOIN_B};
+    uint32_t first_row = 0, count[3], place[3], around[UMBRELLA_MAX];
+    for (uint32_t k = 0; k < 3; k++) {
+        count[k] = border_umbrella(&w->border, gate, k, around);
+        for (place[k] = 0; place[k] < count[k] && around[place[k]] != d;) place[k]++;
+        if (k == 0) first_row = model_join_row(0, count[0]);
+        if (place[k] == count[k] || model_join_symbol(place[k], count[k]) >= JOIN_A) continue;
+        if (k > 0) tokens_symbol(w->tokens, first_row, elsewhere[k]);
+        tokens_symbol(w->tokens, model_join_row(k, count[k]),
+                      model_join_symbol(place[k], count[k]));
+        return;
+    }
+    tokens_symbol(w->tokens, first_row, JOIN_NUMBER);
+    tokens_raw(w->tokens, d, model_bits_for(w->border.vert_count));
+}
+
 /* Adds the old tet beyond the gate, which is not there yet. */
 static void grow(walker *w, const tli_gate *gate, uint32_t across)
 {
@@ -147,7 +166,7 @@ static void grow(walker *w, const tli_gate *gate, uint32_t across)
         if (d == TL_NONE) d = new_vertex(w, vertex);
     } else {
         tokens_symbol(w->tokens, row, OP_JOIN);
-        tokens_raw(w->tokens, d, model_bits_for(w->border.vert_count));
+        tell_join(w, gate, d);
     }
     record_tet(w, old, border_grow(&w->border, gate, mask, d), corners);
 }
