@@ -397,6 +397,14 @@ class Benches(Case):
         self.assertIn("boundary", {row["operation"] for row in said["rows"]})
         self.assertIn("verified", self.good("bench", "mesh", "--data", "cube.vtk", "--runs", 1).stdout)
 
+    def test_codec(self):
+        said = self.said("bench", "codec", "--sample", "gaussians", "--size", 16, "--runs", 1)
+        self.assertEqual([row["patch_tets"] for row in said["rows"]], [2000, 4000, 8000, 16000])
+        for row in said["rows"]:
+            self.assertLess(row["connectivity_bits"], 1.5, row)
+            self.assertLess(row["bytes_per_tet"], 2, row)
+        self.assertIn("connectivity", self.good("bench", "codec", "--data", "cube.vtk", "--runs", 1).stdout)
+
     def test_simplify(self):
         said = self.said("bench", "simplify", "--sample", "gaussians", "--size", 12, "--runs", 1)
         self.assertEqual(said["broken"], 0, said["rows"])

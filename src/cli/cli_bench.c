@@ -277,6 +277,7 @@ static const struct {
     {"mesh", "adjacency, incidence, boundary, quality, point location", bench_mesh},
     {"simplify", "simplification: speed on one and on all threads, errors, memory, validity",
      bench_simplify},
+    {"codec", "bits and CPU time of the codec, one thread, by size of the patches", bench_codec},
 };
 enum { BENCH_COUNT = sizeof BENCHES / sizeof *BENCHES };
 
@@ -345,7 +346,7 @@ static const char *const EXAMPLES[] = {
 
 const cli_verb cli_verb_bench = {
     .name = "bench",
-    .operands = "mesh|simplify",
+    .operands = "mesh|simplify|codec",
     .operand_least = 1,
     .operand_most = 1,
     .about = "measure speed, errors and memory, side by side with VTK",

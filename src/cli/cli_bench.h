@@ -33,6 +33,7 @@ typedef struct bench_state {
 typedef int (*bench_fn)(bench_state *state, const bench_data *data);
 int bench_mesh(bench_state *state, const bench_data *data);
 int bench_simplify(bench_state *state, const bench_data *data);
+int bench_codec(bench_state *state, const bench_data *data);
 
 /* Order-dependent 64-bit hash of positions, tets and channels. */
 uint64_t bench_hash(const tl_mesh *mesh);
