@@ -347,7 +347,7 @@ static tl_status finish_values(plan *p, const tli_work *w, tl_mesh *out, const t
     tl_status st = list_kept(p, w, out, &keep);
     if (!st) st = list_bounded(p, &bounded);
     if (!st) st = tl_mesh_adjacency(p->ctx, out, &opposite, NULL);
-    if (!st) st = tli_refit(p->ctx, p->mesh, out, opposite, hints, keep, bounded);
+    if (!st) st = tli_refit(w, p->mesh, out, opposite, hints, keep, bounded);
     double start = tli_clock_s();
     if (!st) st = tl_locator_create(p->ctx, out, opposite, &locator);
     if (!st && tli_has_tet_channels(out)) {
@@ -382,6 +382,7 @@ static tl_status simplify_once(plan *p, tl_mesh **out, tl_simplify_result *r, bo
     }
     if (!st) st = run_order(p, w);
     if (!st) st = tli_pack(w, p->mesh, &p->opts, p->scales, out, &hints);
+    if (!st) tli_work_drop_tets(w);
     if (!st) st = finish_values(p, w, *out, hints, r, held);
     if (!st) {
         r->boundary_error = tli_work_surface_bound(w);

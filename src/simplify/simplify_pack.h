@@ -19,9 +19,11 @@ tl_status tli_pack(const tli_work *work, const tl_mesh *mesh, const tl_simplify_
 
 /* Refits the vertex channels of a simplified mesh by least squares over the original vertices;
  * vertices with keep[v] != 0 and channels with held[i] != 0 stay. opposite is the adjacency of out,
- * hints as given by tli_pack. Values of out change in place. simplify_refit.c */
-tl_status tli_refit(tl_ctx *ctx, const tl_mesh *original, tl_mesh *out, const tl_lidx *opposite,
-                    const tl_lidx *hints, const uint8_t *keep, const uint8_t *held);
+ * hints as given by tli_pack, work as it was then. Values of out change in place. simplify_refit.c
+ */
+tl_status tli_refit(const tli_work *work, const tl_mesh *original, tl_mesh *out,
+                    const tl_lidx *opposite, const tl_lidx *hints, const uint8_t *keep,
+                    const uint8_t *held);
 
 /* Tet channels of floating-point type become volume-weighted means over the original tets whose
  * centroids lie in each new one. simplify_refit.c */

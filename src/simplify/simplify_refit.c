@@ -1,192 +1,34 @@
 /* The values of a simplified mesh, once its shape is known. Vertex channels: least squares over the
- * original vertices, by conjugate gradients on the normal equations with the diagonal as
- * preconditioner; a weak pull towards the values before keeps vertices with few originals in place.
- * Tet channels: volume-weighted means. */
+ * original vertices, then again with more weight on large errors. Tet channels: volume-weighted
+ * means. */
 #include <math.h>
 #include <string.h>
 
 #include "mesh/mesh.h"
+#include "simplify/simplify_normal.h"
 #include "simplify/simplify_pack.h"
 
-/* Pull towards the values before: relative to the weight of a vertex's originals, and to that of an
- * original in its place, so that one far from all its originals does not run away. */
-static const double PULL = 1e-3, PULL_LEAST = 0.01;
-/* Residual, relative to the first one, at which the iteration ends, and steps at most. */
-static const double RESIDUAL = 1e-3;
+/* Steps of the first fit. */
 enum { STEPS_MAX = 24 };
 /* Fits that follow the first, each with more weight on the vertices whose squared errors are still
  * above this multiple of the mean, and the largest weight. */
 enum { STRESS_ROUNDS = 3, STRESS_STEPS = 5 };
 static const double STRESS_FROM = 33, STRESS_MAX = 64;
+/* Tets of a piece of work. */
+enum { ERROR_TETS = 8192 };
 /* Steps of the walk to an original vertex. */
 enum { STEPS_WALK = 64 };
 /* A weight down to the first counts as on the face; one down to the second at the end of a walk,
  * too. */
 static const double ON_FACE = -1e-10, OUTSIDE = -0.25;
 
-typedef struct refit {
-    tl_ctx *ctx;
-    const tl_mesh *original;
-    tl_mesh *out;
-    const tl_lidx *tets;
-    const double (*weights)[4];
-    const uint8_t *keep; /* [out vertices] */
-    const uint8_t *held; /* [channels] */
-    double *diagonal;    /* [out vertices] */
-} refit;
-
-static double pull_at(const refit *r, size_t i)
-{
-    return PULL * r->diagonal[i] + PULL_LEAST;
-}
-
-/* to = W'W from + pull from over the original vertices, 0 where a vertex is kept. */
-static void apply(const refit *r, const float *stress, const double *from, double *to)
-{
-    const tl_lidx *corners = r->out->tets;
-    for (size_t i = 0; i < r->out->vert_count; i++) to[i] = pull_at(r, i) * from[i];
-    for (size_t v = 0; v < r->original->vert_count; v++) {
-        if (r->tets[v] == TL_NONE) continue;
-        const tl_lidx *q = corners + 4 * (size_t)r->tets[v];
-        const double *b = r->weights[v];
-        double value =
-            b[0] * from[q[0]] + b[1] * from[q[1]] + b[2] * from[q[2]] + b[3] * from[q[3]];
-        value *= (double)stress[v];
-        for (int j = 0; j < 4; j++) to[q[j]] += b[j] * value;
-    }
-    for (size_t i = 0; i < r->out->vert_count; i++)
-        if (r->keep[i]) to[i] = 0;
-}
-
-/* Error of the fit at an original vertex, 0 where it is not finite. */
-static double error_at(const refit *r, const tl_channel *f, const tl_channel *x, uint32_t k,
-                       size_t v)
-{
-    const tl_lidx *q = r->out->tets + 4 * (size_t)r->tets[v];
-    const double *b = r->weights[v];
-    double value = 0, want = f->values[v * f->components + k];
-    for (int j = 0; j < 4; j++) /* differences first: exactly 0 for a constant */
-        value += b[j] * (want - x->values[q[j] * x->components + k]);
-    return isfinite(value) ? value : 0;
-}
-
-static void first_residual(const refit *r, const float *stress, const tl_channel *f,
-                           const tl_channel *x, uint32_t k, double *residual)
-{
-    memset(residual, 0, r->out->vert_count * sizeof *residual);
-    for (size_t v = 0; v < r->original->vert_count; v++) {
-        if (r->tets[v] == TL_NONE) continue;
-        const tl_lidx *q = r->out->tets + 4 * (size_t)r->tets[v];
-        double value = (double)stress[v] * error_at(r, f, x, k, v);
-        for (int j = 0; j < 4; j++) residual[q[j]] += r->weights[v][j] * value;
-    }
-    for (size_t i = 0; i < r->out->vert_count; i++)
-        if (r->keep[i]) residual[i] = 0;
-}
-
-static double dot(const double *a, const double *b, size_t count)
-{
-    double sum = 0;
-    for (size_t i = 0; i < count; i++) sum += a[i] * b[i];
-    return sum;
-}
-
-/* Conjugate gradients for the change of one component; room holds five vectors. */
-static void solve(const refit *r, const float *stress, const tl_channel *f, const tl_channel *x,
-                  uint32_t k, int steps, double *room)
-{
-    size_t n = r->out->vert_count;
-    double *change = room, *residual = room + n, *z = room + 2 * n, *p = room + 3 * n,
-           *q = room + 4 * n;
-    first_residual(r, stress, f, x, k, residual);
-    memset(change, 0, n * sizeof *change);
-    for (size_t i = 0; i < n; i++) p[i] = z[i] = residual[i] / (r->diagonal[i] + pull_at(r, i));
-    double rz = dot(residual, z, n), stop = rz * RESIDUAL * RESIDUAL;
-    for (int step = 0; step < steps && rz > stop; step++) {
-        apply(r, stress, p, q);
-        double pq = dot(p, q, n);
-        if (!(pq > 0)) break;
-        double alpha = rz / pq;
-        for (size_t i = 0; i < n; i++) {
-            change[i] += alpha * p[i];
-            residual[i] -= alpha * q[i];
-            z[i] = residual[i] / (r->diagonal[i] + pull_at(r, i));
-        }
-        double next = dot(residual, z, n), beta = next / rz;
-        rz = next;
-        for (size_t i = 0; i < n; i++) p[i] = z[i] + beta * p[i];
-    }
-    double *values = (double *)(uintptr_t)x->values;
-    for (size_t i = 0; i < n; i++)
-        if (isfinite(change[i])) values[i * x->components + k] += change[i];
-}
-
-/* A vertex whose error is large beside the mean counts more in the next fit, so that the largest
- * errors fall at little cost for the mean. */
-static void add_stress(const refit *r, const tl_channel *f, const tl_channel *x, uint32_t k,
-                       float *stress)
-{
-    double sum = 0;
-    size_t count = 0;
-    for (size_t v = 0; v < r->original->vert_count; v++) {
-        if (r->tets[v] == TL_NONE) continue;
-        double e = error_at(r, f, x, k, v);
-        sum += e * e;
-        count++;
-    }
-    double from = count ? STRESS_FROM * sum / (double)count : 0;
-    for (size_t v = 0; from > 0 && v < r->original->vert_count; v++) {
-        if (r->tets[v] == TL_NONE) continue;
-        double e = error_at(r, f, x, k, v), more = e * e / from;
-        if (more > 1) stress[v] = (float)fmin(stress[v] * more, STRESS_MAX);
-    }
-}
-
-static void fit(const refit *r, const tl_channel *f, const tl_channel *x, uint32_t k, float *stress,
-                double *room)
-{
-    for (size_t v = 0; v < r->original->vert_count; v++) stress[v] = 1;
-    solve(r, stress, f, x, k, STEPS_MAX, room);
-    for (int i = 0; i < STRESS_ROUNDS; i++) {
-        add_stress(r, f, x, k, stress);
-        solve(r, stress, f, x, k, STRESS_STEPS, room);
-    }
-}
-
-static bool refitted(const refit *r, size_t channel)
-{
-    return r->original->channels[channel].on == TL_ON_VERTEX && !r->held[channel];
-}
-
-static tl_status refit_component(void *arg, size_t begin, size_t end, unsigned worker)
-{
-    const refit *r = arg;
-    tl_status st = TL_OK;
-    double *room = tl_mem_alloc(r->ctx, r->out->vert_count, 5 * sizeof *room, &st);
-    float *stress = tl_mem_alloc(r->ctx, r->original->vert_count, sizeof *stress, &st);
-    (void)worker;
-    for (size_t want = begin; !st && want < end; want++) {
-        size_t at = 0;
-        for (size_t i = 0; i < r->original->channel_count; i++) {
-            const tl_channel *f = &r->original->channels[i];
-            if (!refitted(r, i)) continue;
-            if (want < at + f->components)
-                fit(r, f, &r->out->channels[i], (uint32_t)(want - at), stress, room);
-            if (want < at + f->components) break;
-            at += f->components;
-        }
-    }
-    tl_mem_free(r->ctx, stress);
-    tl_mem_free(r->ctx, room);
-    return st;
-}
-
 /* Places of the original vertices in the new mesh, near enough for a fit. */
 typedef struct walk_job {
+    const tli_work *work;
     const tl_mesh *original, *out;
     const tl_lidx *opposite, *hints;
-    tl_lidx *tets;
-    double (*weights)[4];
+    tl_lidx *tets; /* [original vertices] */
+    tli_samples *samples;
 } walk_job;
 
 /* Barycentric weights of x in a tet that is not flat. */
@@ -234,40 +76,161 @@ static tl_lidx walk(const walk_job *job, const double x[3], tl_lidx tet, double 
     return TL_NONE;
 }
 
+/* In the order of the working mesh, where the tet of one vertex is near the next one. */
 static tl_status place_originals(void *arg, size_t begin, size_t end, unsigned worker)
 {
     const walk_job *job = arg;
+    tl_lidx near = TL_NONE;
+    double weights[4];
     (void)worker;
-    for (size_t v = begin; v < end; v++) {
-        const double *x = job->original->xyz + 3 * v;
+    for (size_t i = begin; i < end; i++) {
+        tl_lidx v = job->work->verts[i].origin;
+        const double *x = job->original->xyz + 3 * (size_t)v;
         bool fine = job->hints[v] != TL_NONE && isfinite(x[0] + x[1] + x[2]);
-        job->tets[v] = fine ? walk(job, x, job->hints[v], job->weights[v]) : TL_NONE;
+        job->tets[v] = TL_NONE;
+        if (fine && near != TL_NONE) job->tets[v] = walk(job, x, near, weights);
+        if (fine && job->tets[v] == TL_NONE) job->tets[v] = walk(job, x, job->hints[v], weights);
+        if (job->tets[v] != TL_NONE) near = job->tets[v];
     }
     return TL_OK;
 }
 
-tl_status tli_refit(tl_ctx *ctx, const tl_mesh *original, tl_mesh *out, const tl_lidx *opposite,
-                    const tl_lidx *hints, const uint8_t *keep, const uint8_t *held)
+static tl_status weigh_samples(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const walk_job *job = arg;
+    tli_samples *s = job->samples;
+    (void)worker;
+    for (size_t t = begin; t < end; t++)
+        for (uint32_t k = s->starts[t]; k < s->starts[t + 1]; k++)
+            weigh(job, (tl_lidx)t, job->original->xyz + 3 * (size_t)s->origins[k], s->weights[k]);
+    return TL_OK;
+}
+
+/* A counting sort of the original vertices by tet. */
+static tl_status sort_samples(const walk_job *job, tl_ctx *ctx)
 {
     tl_status st = TL_OK;
-    size_t components = 0;
-    tl_lidx *tets = tl_mem_alloc(ctx, original->vert_count, sizeof *tets, &st);
-    double(*weights)[4] = tl_mem_alloc(ctx, original->vert_count, sizeof *weights, &st);
-    refit r = {ctx, original, out, tets, (const double(*)[4])weights, keep, held, NULL};
-    r.diagonal = tl_mem_zalloc(ctx, out->vert_count, sizeof *r.diagonal, &st);
-    walk_job job = {original, out, opposite, hints, tets, weights};
-    if (!st) st = tli_parallel(ctx, original->vert_count, 8192, place_originals, &job);
-    if (st) goto done;
-    for (size_t v = 0; v < original->vert_count; v++)
-        for (int j = 0; tets[v] != TL_NONE && j < 4; j++)
-            r.diagonal[out->tets[4 * (size_t)tets[v] + (size_t)j]] += weights[v][j] * weights[v][j];
+    tli_samples *s = job->samples;
+    size_t verts = job->original->vert_count, tets = job->out->tet_count;
+    s->starts = tl_mem_zalloc(ctx, tets + 2, sizeof *s->starts, &st);
+    if (st) return st;
+    for (size_t v = 0; v < verts; v++)
+        if (job->tets[v] != TL_NONE) s->starts[job->tets[v] + 2]++;
+    for (size_t t = 2; t < tets + 2; t++) s->starts[t] += s->starts[t - 1];
+    s->count = s->starts[tets + 1];
+    s->origins = tl_mem_alloc(ctx, s->count, sizeof *s->origins, &st);
+    for (size_t v = 0; !st && v < verts; v++)
+        if (job->tets[v] != TL_NONE) s->origins[s->starts[job->tets[v] + 1]++] = (tl_lidx)v;
+    return st;
+}
+
+static tl_status make_samples(tl_ctx *ctx, walk_job *job)
+{
+    tl_status st = TL_OK;
+    tli_samples *s = job->samples;
+    job->tets = tl_mem_alloc(ctx, job->original->vert_count, sizeof *job->tets, &st);
+    if (!st) st = tli_parallel(ctx, job->original->vert_count, 8192, place_originals, job);
+    if (!st) st = sort_samples(job, ctx);
+    tl_mem_free(ctx, job->tets);
+    s->weights = tl_mem_alloc(ctx, s->count, sizeof *s->weights, &st);
+    if (!st) st = tli_parallel(ctx, job->out->tet_count, 8192, weigh_samples, job);
+    return st;
+}
+
+/* ---- one component of a channel ---- */
+
+typedef struct refit {
+    tli_normal normal;
+    const tl_channel *from, *to; /* of the original and of the new mesh */
+    uint32_t component;
+    double *sums; /* of squared errors, one a piece */
+} refit;
+
+/* Errors at all samples, 0 where they are not finite. */
+static tl_status set_errors(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const refit *r = arg;
+    const tli_samples *s = r->normal.samples;
+    uint32_t k = r->component, m = r->from->components;
+    double sum = 0;
+    (void)worker;
+    for (size_t t = begin; t < end; t++) {
+        const tl_lidx *q = r->normal.mesh->tets + 4 * t;
+        for (uint32_t i = s->starts[t]; i < s->starts[t + 1]; i++) {
+            double e = 0, want = r->from->values[(size_t)s->origins[i] * m + k];
+            for (int j = 0; j < 4; j++) /* differences first: exactly 0 for a constant */
+                e += s->weights[i][j] * (want - r->to->values[(size_t)q[j] * m + k]);
+            r->normal.errors[i] = isfinite(e) ? e : 0;
+            sum += r->normal.errors[i] * r->normal.errors[i];
+        }
+    }
+    r->sums[begin / ERROR_TETS] = sum;
+    return TL_OK;
+}
+
+/* A vertex whose error is large beside the mean counts more in the next fit, so that the largest
+ * errors fall at little cost for the mean. */
+static void add_stress(refit *r)
+{
+    const tli_samples *s = r->normal.samples;
+    size_t tets = r->normal.mesh->tet_count;
+    double sum = 0;
+    for (size_t i = 0; i * ERROR_TETS < tets; i++) sum += r->sums[i];
+    double from = s->count ? STRESS_FROM * sum / (double)s->count : 0;
+    for (size_t t = 0; from > 0 && t < tets; t++)
+        for (uint32_t i = s->starts[t]; i < s->starts[t + 1]; i++) {
+            double e = r->normal.errors[i], more = e * e / from;
+            if (!(more > 1)) continue;
+            double stress = fmin((double)r->normal.stress[i] * more, STRESS_MAX);
+            tli_normal_set_stress(&r->normal, t, i, (float)stress);
+        }
+}
+
+static tl_status fit(tl_ctx *ctx, refit *r)
+{
+    tl_status st = TL_OK;
+    size_t verts = r->normal.mesh->vert_count;
+    double *values = (double *)(uintptr_t)r->to->values;
+    for (int i = 0; !st && i <= STRESS_ROUNDS; i++) {
+        const double *change;
+        st = tli_parallel(ctx, r->normal.mesh->tet_count, ERROR_TETS, set_errors, r);
+        if (!st && i) add_stress(r);
+        if (!st && !i) tli_normal_begin(&r->normal);
+        if (!st) st = tli_normal_solve(&r->normal, i ? STRESS_STEPS : STEPS_MAX, &change);
+        for (size_t v = 0; !st && v < verts; v++)
+            if (isfinite(change[v])) values[v * r->to->components + r->component] += change[v];
+    }
+    return st;
+}
+
+tl_status tli_refit(const tli_work *work, const tl_mesh *original, tl_mesh *out,
+                    const tl_lidx *opposite, const tl_lidx *hints, const uint8_t *keep,
+                    const uint8_t *held)
+{
+    tl_status st = TL_OK;
+    tli_samples samples = {0};
+    tl_ctx *ctx = work->ctx;
+    walk_job job = {work, original, out, opposite, hints, NULL, &samples};
+    refit r = {0};
+    bool any = false;
     for (size_t i = 0; i < original->channel_count; i++)
-        if (refitted(&r, i)) components += original->channels[i].components;
-    st = tli_parallel(ctx, components, 1, refit_component, &r);
-done:
-    tl_mem_free(ctx, r.diagonal);
-    tl_mem_free(ctx, weights);
-    tl_mem_free(ctx, tets);
+        any = any || (original->channels[i].on == TL_ON_VERTEX && !held[i]);
+    if (!any) return TL_OK;
+    st = make_samples(ctx, &job);
+    if (!st) st = tli_normal_open(ctx, out, &samples, keep, &r.normal);
+    r.sums = tl_mem_alloc(ctx, out->tet_count / ERROR_TETS + 1, sizeof *r.sums, &st);
+    for (size_t i = 0; !st && i < original->channel_count; i++) {
+        r.from = &original->channels[i];
+        r.to = &out->channels[i];
+        if (r.from->on != TL_ON_VERTEX || held[i]) continue;
+        for (r.component = 0; !st && r.component < r.from->components; r.component++)
+            st = fit(ctx, &r);
+    }
+    tl_mem_free(ctx, r.sums);
+    tli_normal_close(&r.normal);
+    tl_mem_free(ctx, samples.weights);
+    tl_mem_free(ctx, samples.origins);
+    tl_mem_free(ctx, samples.starts);
     return st;
 }
 

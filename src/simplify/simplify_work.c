@@ -224,16 +224,32 @@ tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_op
     return TL_OK;
 }
 
-void tli_work_destroy(tli_work *w)
+void tli_work_drop_tets(tli_work *w)
 {
-    if (!w) return;
     tl_ctx *ctx = w->ctx;
     tli_carry_destroy(ctx, w->carry);
     for (unsigned i = 0; w->banks && i < w->bank_count; i++)
         if (w->banks[i].arena.ctx) tli_arena_close(&w->banks[i].arena);
-    void *blocks[] = {
-        w->banks,    w->verts,     w->values,  w->regions, w->faces,    w->tets, w->tet_origin,
-        w->quadrics, w->incidence, w->surface, w->sharp,   w->channels, w};
+    void *blocks[] = {w->banks, w->values,     w->regions,  w->faces,
+                      w->tets,  w->tet_origin, w->quadrics, w->incidence};
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+    w->carry = NULL;
+    w->banks = NULL;
+    w->values = NULL;
+    w->regions = NULL;
+    w->faces = NULL;
+    w->tets = NULL;
+    w->tet_origin = NULL;
+    w->quadrics = NULL;
+    w->incidence = NULL;
+}
+
+void tli_work_destroy(tli_work *w)
+{
+    if (!w) return;
+    tl_ctx *ctx = w->ctx;
+    tli_work_drop_tets(w);
+    void *blocks[] = {w->verts, w->surface, w->sharp, w->channels, w};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
 }
 

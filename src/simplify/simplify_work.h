@@ -138,6 +138,8 @@ typedef struct tli_hood tli_hood;
 tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
                           const double *channel_scales, tli_work **work);
 void tli_work_destroy(tli_work *work);
+/* Frees all but the vertices, and their stars with it. */
+void tli_work_drop_tets(tli_work *work);
 bool tli_has_tet_channels(const tl_mesh *mesh);
 /* verts [verts_live] receives the vertices that are left, ascending; returns their number. */
 size_t tli_work_list_live(const tli_work *work, tl_lidx *verts);
