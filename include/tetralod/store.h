@@ -99,6 +99,7 @@ typedef struct tl_store_level {
 typedef struct tl_store_region {
     int64_t id;
     uint64_t tets;
+    const char *name; /* "" when the file has none */
 } tl_store_region;
 
 /* What opening a file tells. Pointers live as long as the store. */

@@ -18,7 +18,7 @@
 
 /* Sizes of records; those "each" are added once a channel. */
 #define TLI_HEAD_FIXED_BYTES 432u
-#define TLI_HEAD_REGION_BYTES 16u
+#define TLI_HEAD_REGION_BYTES 24u
 #define TLI_HEAD_LEVEL_BYTES 32u
 #define TLI_HEAD_LEVEL_EACH_BYTES 8u
 #define TLI_HEAD_CHANNEL_BYTES 96u

@@ -144,6 +144,41 @@ static void check_fixed(head_cursor *cursor, const tl_store *store)
 
 /* ---- the tables ---- */
 
+/* A text of the head with a terminator; NULL and a failure where it holds a zero byte. */
+static const char *take_text(head_cursor *cursor, tl_store *store, uint32_t byte_count,
+                             tl_status *st)
+{
+    demand(cursor, !byte_count || !memchr(cursor->at, 0, byte_count), "a name with a zero byte");
+    char *text = tli_arena_alloc(&store->arena, (size_t)byte_count + 1, 1, st);
+    if (*st) return NULL;
+    if (byte_count) memcpy(text, cursor->at, byte_count);
+    text[byte_count] = 0;
+    cursor->at += byte_count;
+    return text;
+}
+
+static void take_zeros(head_cursor *cursor, uint64_t byte_count)
+{
+    for (uint64_t i = 0; i < byte_count; i++)
+        demand(cursor, tli_take(&cursor->at, 1) == 0, "padding that is not zero");
+}
+
+static tl_status take_region(head_cursor *cursor, tl_store *store, tl_store_region *region)
+{
+    tl_status st = TL_OK;
+    if (!has_room(cursor, 1, TLI_HEAD_REGION_BYTES)) return TL_OK;
+    region->id = tli_take_i64(&cursor->at);
+    region->tets = tli_take(&cursor->at, 8);
+    const uint32_t name_bytes = tli_take_u32(&cursor->at);
+    demand(cursor, tli_take_u32(&cursor->at) == 0, "a reserved byte that is not zero");
+    demand(cursor, name_bytes <= TLI_STORE_NAME_BYTES_MAX, "a name of a length that can't be");
+    const uint64_t padding = tli_store_align(name_bytes) - name_bytes; /* the record is aligned */
+    if (!has_room(cursor, name_bytes + padding, 1)) return TL_OK;
+    region->name = take_text(cursor, store, name_bytes, &st);
+    if (!st) take_zeros(cursor, padding);
+    return st;
+}
+
 static tl_status take_lists(head_cursor *cursor, tl_store *store)
 {
     tl_store_head *head = &store->head;
@@ -154,10 +189,8 @@ static tl_status take_lists(head_cursor *cursor, tl_store *store)
     if (st || !has_room(cursor, head->regions_listed, TLI_HEAD_REGION_BYTES)) return st;
     tl_store_region *regions =
         tli_arena_alloc(&store->arena, head->regions_listed, sizeof *regions, &st);
-    for (uint32_t i = 0; !st && i < head->regions_listed; i++) {
-        regions[i].id = tli_take_i64(&cursor->at);
-        regions[i].tets = tli_take(&cursor->at, 8);
-    }
+    for (uint32_t i = 0; !st && !cursor->wrong && i < head->regions_listed; i++)
+        st = take_region(cursor, store, &regions[i]);
     head->cells = cells;
     head->regions = regions;
     return st;
@@ -195,19 +228,6 @@ static tl_status take_levels(head_cursor *cursor, tl_store *store)
     return TL_OK;
 }
 
-/* A text of the head with a terminator; NULL and a failure where it holds a zero byte. */
-static const char *take_text(head_cursor *cursor, tl_store *store, uint32_t byte_count,
-                             tl_status *st)
-{
-    demand(cursor, !byte_count || !memchr(cursor->at, 0, byte_count), "a name with a zero byte");
-    char *text = tli_arena_alloc(&store->arena, (size_t)byte_count + 1, 1, st);
-    if (*st) return NULL;
-    if (byte_count) memcpy(text, cursor->at, byte_count);
-    text[byte_count] = 0;
-    cursor->at += byte_count;
-    return text;
-}
-
 static tl_status take_names(head_cursor *cursor, tl_store *store, tl_store_channel *channel,
                             uint32_t name_bytes, uint32_t unit_bytes)
 {
@@ -222,8 +242,7 @@ static tl_status take_names(head_cursor *cursor, tl_store *store, tl_store_chann
     if (!has_room(cursor, text_bytes + padding, 1)) return TL_OK;
     channel->name = take_text(cursor, store, name_bytes, &st);
     if (!st) channel->unit = take_text(cursor, store, unit_bytes, &st);
-    for (uint64_t i = 0; !st && i < padding; i++)
-        demand(cursor, tli_take(&cursor->at, 1) == 0, "padding that is not zero");
+    if (!st) take_zeros(cursor, padding);
     return st;
 }
 
@@ -297,8 +316,7 @@ static tl_status take_codec(head_cursor *cursor, tl_store *store, uint32_t byte_
     if (st) return st;
     if (byte_count) memcpy(bytes, cursor->at, byte_count);
     cursor->at += byte_count;
-    for (uint64_t i = byte_count; i < tli_store_align(byte_count); i++)
-        demand(cursor, tli_take(&cursor->at, 1) == 0, "padding that is not zero");
+    take_zeros(cursor, tli_store_align(byte_count) - byte_count);
     store->codec = (tli_blob){bytes, byte_count};
     return TL_OK;
 }

@@ -55,6 +55,9 @@ tl_status tli_head_examine(tl_ctx *ctx, const tl_store_head *head)
         wrong = "it lists too many kinds of cells or regions";
     else if (!has_box(&head->stats))
         wrong = "it has no finite bounds";
+    for (uint32_t i = 0; !wrong && i < head->regions_listed; i++)
+        if (!head->regions[i].name || strlen(head->regions[i].name) > TLI_STORE_NAME_BYTES_MAX)
+            wrong = "it has a region without name or with one that is too long";
     if (wrong) return tl_fail(ctx, TL_ERR_ARG, "the model can't be stored: %s", wrong);
     for (uint32_t c = 0; c < head->channel_count; c++) {
         wrong = wrong_channel(&head->channels[c]);
@@ -65,6 +68,11 @@ tl_status tli_head_examine(tl_ctx *ctx, const tl_store_head *head)
 
 /* ---- packing ---- */
 
+static uint64_t region_bytes(const tl_store_region *region)
+{
+    return tli_store_align(TLI_HEAD_REGION_BYTES + strlen(region->name));
+}
+
 static uint64_t channel_bytes(const tl_store_channel *channel)
 {
     return tli_store_align(TLI_HEAD_CHANNEL_BYTES + strlen(channel->name) + strlen(channel->unit));
@@ -72,8 +80,8 @@ static uint64_t channel_bytes(const tl_store_channel *channel)
 
 uint64_t tli_head_bytes(const tl_store_head *head, size_t codec_bytes, uint32_t page_count)
 {
-    uint64_t bytes = TLI_HEAD_FIXED_BYTES + 8 * (uint64_t)head->cell_kind_count +
-                     TLI_HEAD_REGION_BYTES * (uint64_t)head->regions_listed;
+    uint64_t bytes = TLI_HEAD_FIXED_BYTES + 8 * (uint64_t)head->cell_kind_count;
+    for (uint32_t i = 0; i < head->regions_listed; i++) bytes += region_bytes(&head->regions[i]);
     bytes += head->level_count *
              (TLI_HEAD_LEVEL_BYTES + TLI_HEAD_LEVEL_EACH_BYTES * (uint64_t)head->channel_count);
     for (uint32_t c = 0; c < head->channel_count; c++) bytes += channel_bytes(&head->channels[c]);
@@ -151,6 +159,29 @@ static void put_fixed(uint8_t **at, const tli_store_writer *w, const tl_store_he
     tli_put(at, 0, 4);
 }
 
+static void put_text(uint8_t **at, const char *text, size_t byte_count)
+{
+    memcpy(*at, text, byte_count);
+    *at += byte_count;
+}
+
+static void put_zeros(uint8_t **at, const uint8_t *end)
+{
+    while (*at < end) tli_put(at, 0, 1);
+}
+
+static void put_region(uint8_t **at, const tl_store_region *region)
+{
+    const uint8_t *end = *at + region_bytes(region);
+    const size_t name_bytes = strlen(region->name);
+    tli_put(at, (uint64_t)region->id, 8);
+    tli_put(at, region->tets, 8);
+    tli_put(at, name_bytes, 4);
+    tli_put(at, 0, 4);
+    put_text(at, region->name, name_bytes);
+    put_zeros(at, end);
+}
+
 static void put_level(uint8_t **at, const tl_store_level *level, uint32_t channel_count)
 {
     tli_put(at, level->tets, 8);
@@ -165,7 +196,7 @@ static void put_channel(uint8_t **at, const tl_store_channel *channel,
                         const tli_channel_codes *codes, uint64_t byte_count)
 {
     const size_t name_bytes = strlen(channel->name), unit_bytes = strlen(channel->unit);
-    uint8_t *end = *at + channel_bytes(channel);
+    const uint8_t *end = *at + channel_bytes(channel);
     tli_put(at, name_bytes, 4);
     tli_put(at, unit_bytes, 4);
     tli_put(at, channel->components, 4);
@@ -184,10 +215,9 @@ static void put_channel(uint8_t **at, const tl_store_channel *channel,
     tli_put(at, 0, 4);
     tli_put_f64(at, codes->range.lo);
     tli_put_f64(at, codes->range.step);
-    memcpy(*at, channel->name, name_bytes);
-    memcpy(*at + name_bytes, channel->unit, unit_bytes);
-    *at += name_bytes + unit_bytes;
-    while (*at < end) tli_put(at, 0, 1);
+    put_text(at, channel->name, name_bytes);
+    put_text(at, channel->unit, unit_bytes);
+    put_zeros(at, end);
 }
 
 void tli_head_pack(const tli_store_writer *writer, const tl_store_head *head, uint64_t file_bytes,
@@ -197,18 +227,16 @@ void tli_head_pack(const tli_store_writer *writer, const tl_store_head *head, ui
     put_fixed(&at, writer, head, file_bytes);
     TL_ASSERT(at - bytes == TLI_HEAD_FIXED_BYTES);
     for (uint32_t i = 0; i < head->cell_kind_count; i++) tli_put(&at, head->cells[i], 8);
-    for (uint32_t i = 0; i < head->regions_listed; i++) {
-        tli_put(&at, (uint64_t)head->regions[i].id, 8);
-        tli_put(&at, head->regions[i].tets, 8);
-    }
+    for (uint32_t i = 0; i < head->regions_listed; i++) put_region(&at, &head->regions[i]);
     for (uint32_t l = 0; l < head->level_count; l++)
         put_level(&at, &head->levels[l], head->channel_count);
     for (uint32_t c = 0; c < head->channel_count; c++)
         put_channel(&at, &head->channels[c], &writer->codes[c], writer->channel_bytes[c]);
     const size_t codec_bytes = writer->codec.byte_count;
+    const uint8_t *codec_end = at + tli_store_align(codec_bytes);
     if (codec_bytes) memcpy(at, writer->codec.bytes, codec_bytes);
     at += codec_bytes;
-    for (size_t i = codec_bytes; i < tli_store_align(codec_bytes); i++) tli_put(&at, 0, 1);
+    put_zeros(&at, codec_end);
     for (uint32_t p = 0; p < writer->page_count; p++) {
         const tli_page_entry *entry = &writer->pages[p];
         tli_put(&at, entry->payload_ofs, 8);
