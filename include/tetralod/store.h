@@ -87,9 +87,10 @@ typedef struct tl_store_channel {
     uint64_t bytes;           /* of all its blobs */
 } tl_store_channel;
 
-/* The mesh of one level, as a whole. */
+/* A level as a whole: what has it, and the errors of its mesh against the original. */
 typedef struct tl_store_level {
-    uint64_t tets, verts; /* of the mesh at that level; vertices may be TL_STORE_UNKNOWN */
+    uint64_t tets;                       /* of its patches */
+    uint64_t verts;                      /* of its mesh; may be TL_STORE_UNKNOWN */
     uint32_t patch_count, segment_count; /* that have this level */
     double boundary_error;               /* mesh units */
     const double *max_error;             /* [channel_count] */

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli_model.h"
 #include "cli_session.h"
 
 /* Regions that are listed one by one. */
@@ -109,6 +110,36 @@ static void json_labels(json_t *object, const tl_mesh *mesh)
     }
 }
 
+/* null where it is not known */
+static void json_size(json_t *object, const char *key, size_t count)
+{
+    if (count == SIZE_MAX)
+        cli_json_real(object, key, (double)NAN);
+    else
+        cli_json_count(object, key, count);
+}
+
+void cli_json_stats(json_t *object, const tl_mesh_stats *stats)
+{
+    cli_json_reals(object, "bounds", stats->bounds, 6);
+    cli_json_real(object, "diagonal", stats->diagonal);
+    cli_json_real(object, "volume", stats->volume);
+    json_size(object, "boundary_triangles", stats->boundary_triangles);
+    cli_json_real(object, "boundary_area", stats->boundary_area);
+    json_size(object, "interface_triangles", stats->interface_triangles);
+    json_size(object, "components", stats->components);
+    json_size(object, "inverted", stats->inverted);
+    json_size(object, "degenerate", stats->degenerate);
+    json_size(object, "duplicate_vertices", stats->duplicate_verts);
+    json_size(object, "nonmanifold_faces", stats->nonmanifold_faces);
+    json_size(object, "nonmanifold_edges", stats->nonmanifold_edges);
+    json_size(object, "nonmanifold_vertices", stats->nonmanifold_verts);
+    cli_json_real(object, "quality_min", stats->quality_min);
+    cli_json_real(object, "quality_median", stats->quality_median);
+    cli_json_real(object, "dihedral_min", stats->dihedral_min * DEGREES);
+    cli_json_real(object, "dihedral_max", stats->dihedral_max * DEGREES);
+}
+
 static void print_json(const cli_session *session, const cli_input *input, const tl_steps *steps,
                        const tl_mesh_stats *stats, const region_list *regions)
 {
@@ -121,23 +152,7 @@ static void print_json(const cli_session *session, const cli_input *input, const
     for (int kind = 0; kind < TL_CELL_KIND_COUNT; kind++)
         if (input->report.cells[kind])
             cli_json_count(cells, tl_cell_kind_name((tl_cell_kind)kind), input->report.cells[kind]);
-    cli_json_reals(object, "bounds", stats->bounds, 6);
-    cli_json_real(object, "diagonal", stats->diagonal);
-    cli_json_real(object, "volume", stats->volume);
-    cli_json_count(object, "boundary_triangles", stats->boundary_triangles);
-    cli_json_real(object, "boundary_area", stats->boundary_area);
-    cli_json_count(object, "interface_triangles", stats->interface_triangles);
-    cli_json_count(object, "components", stats->components);
-    cli_json_count(object, "inverted", stats->inverted);
-    cli_json_count(object, "degenerate", stats->degenerate);
-    cli_json_count(object, "duplicate_vertices", stats->duplicate_verts);
-    cli_json_count(object, "nonmanifold_faces", stats->nonmanifold_faces);
-    cli_json_count(object, "nonmanifold_edges", stats->nonmanifold_edges);
-    cli_json_count(object, "nonmanifold_vertices", stats->nonmanifold_verts);
-    cli_json_real(object, "quality_min", stats->quality_min);
-    cli_json_real(object, "quality_median", stats->quality_median);
-    cli_json_real(object, "dihedral_min", stats->dihedral_min * DEGREES);
-    cli_json_real(object, "dihedral_max", stats->dihedral_max * DEGREES);
+    cli_json_stats(object, stats);
     cli_json_real(object, "time", tl_mesh_time(mesh));
     json_channels(object, mesh);
     json_regions(object, mesh, regions);
@@ -199,25 +214,31 @@ static void print_cells(const tl_read_report *report)
     if (*label) puts("cells       none");
 }
 
-static void print_shape(const tl_mesh *mesh, const tl_mesh_stats *s)
+/* "-" where it is not known */
+static cli_text known(size_t count)
+{
+    return count == SIZE_MAX ? cli_real((double)NAN) : cli_count(count);
+}
+
+void cli_print_shape(const tl_mesh_stats *s, double time, uint64_t tet_count)
 {
     printf("bounds      x %s, y %s, z %s; diagonal %s\n", cli_range(s->bounds).s,
            cli_range(s->bounds + 2).s, cli_range(s->bounds + 4).s, cli_real(s->diagonal).s);
-    if (isfinite(tl_mesh_time(mesh))) printf("time        %s\n", cli_real(tl_mesh_time(mesh)).s);
-    if (!tl_mesh_tet_count(mesh)) return;
-    printf("volume      %s in %s component%s\n", cli_real(s->volume).s, cli_count(s->components).s,
+    if (isfinite(time)) printf("time        %s\n", cli_real(time).s);
+    if (!tet_count) return;
+    printf("volume      %s in %s component%s\n", cli_real(s->volume).s, known(s->components).s,
            s->components == 1 ? "" : "s");
-    printf("boundary    %s triangles, area %s\n", cli_count(s->boundary_triangles).s,
+    printf("boundary    %s triangles, area %s\n", known(s->boundary_triangles).s,
            cli_real(s->boundary_area).s);
     printf("quality     mean ratio: smallest %s, median %s; dihedral angles %.1f .. %.1f degrees\n",
            cli_real(s->quality_min).s, cli_real(s->quality_median).s, s->dihedral_min * DEGREES,
            s->dihedral_max * DEGREES);
     printf("validity    %s inverted, %s flat tets; %s vertices at the place of another\n",
-           cli_count(s->inverted).s, cli_count(s->degenerate).s, cli_count(s->duplicate_verts).s);
+           known(s->inverted).s, known(s->degenerate).s, known(s->duplicate_verts).s);
     if (s->nonmanifold_faces || s->nonmanifold_edges || s->nonmanifold_verts)
         printf("            non-manifold: %s faces, %s edges, %s vertices\n",
-               cli_count(s->nonmanifold_faces).s, cli_count(s->nonmanifold_edges).s,
-               cli_count(s->nonmanifold_verts).s);
+               known(s->nonmanifold_faces).s, known(s->nonmanifold_edges).s,
+               known(s->nonmanifold_verts).s);
 }
 
 static void print_regions(const tl_mesh *mesh, const tl_mesh_stats *stats,
@@ -268,7 +289,7 @@ static tl_status print_text(cli_session *session, const cli_input *input, const 
 {
     cli_print_input(session, "read", input);
     print_cells(&input->report);
-    print_shape(input->mesh, stats);
+    cli_print_shape(stats, tl_mesh_time(input->mesh), tl_mesh_tet_count(input->mesh));
     print_steps(steps);
     print_regions(input->mesh, stats, regions);
     print_labels(input->mesh);
@@ -295,6 +316,7 @@ static int run(cli_session *session)
     tl_read_opts opts;
     tl_steps steps = {0};
     const char *path = session->args.operands[0];
+    if (tl_store_is(session->ctx, path)) return cli_info_store(session, path);
     int exit_status = cli_read_opts(session, path, &opts);
     if (!exit_status) exit_status = cli_open_with(session, session->ctx, path, &opts, &input);
     if (exit_status) return exit_status;
@@ -318,6 +340,8 @@ static const char *const EXAMPLES[] = {"tetralod info flow.vtu",
                                        "The same of a raw volume",
                                        "tetralod info grid.bin --solution q.bin --json",
                                        "PLOT3D, for a script",
+                                       "tetralod info flow.tlod",
+                                       "Levels, sizes and errors of a model",
                                        NULL};
 
 const cli_verb cli_verb_info = {
@@ -328,7 +352,8 @@ const cli_verb cli_verb_info = {
     .about = "say what a file holds: cells, box, quality, channels with their ranges",
     .details =
         "Bounds are x0 x1 y0 y1 z0 z1. The range of a vector or tensor is that of its norm. A "
-        "file without volume cells is listed too. In JSON, dihedral angles are in degrees.",
+        "file without volume cells is listed too; of a model (.tlod) also its levels. In JSON, "
+        "dihedral angles are in degrees.",
     .groups = {&cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

@@ -59,6 +59,7 @@ typedef enum cli_id {
     CLI_FILL_VALUE,
     CLI_KEEP_FILL,
     CLI_REGION,
+    CLI_FAST,
     CLI_STEP,
     CLI_TIME,
     CLI_WELD,
@@ -147,6 +148,7 @@ extern const cli_verb cli_verb_convert;
 extern const cli_verb cli_verb_simplify;
 extern const cli_verb cli_verb_compare;
 extern const cli_verb cli_verb_extract;
+extern const cli_verb cli_verb_check;
 extern const cli_verb cli_verb_bench;
 extern const cli_verb cli_verb_formats;
 

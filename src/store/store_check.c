@@ -8,7 +8,7 @@
 
 /* Counts that the head must agree with. */
 typedef struct check_sums {
-    uint64_t level_patches[TL_STORE_LEVELS_MAX];
+    uint64_t level_patches[TL_STORE_LEVELS_MAX], level_tets[TL_STORE_LEVELS_MAX];
     uint64_t topology_bytes;
     uint64_t outputs, produced; /* entries in outputs; patches with a producer */
 } check_sums;
@@ -98,6 +98,7 @@ static tl_status check_patch(tl_ctx *ctx, const tl_store *store, uint32_t id, ch
     tl_status st = tl_store_patch(ctx, store, id, &info);
     if (st) return st;
     sums->level_patches[info.level]++;
+    sums->level_tets[info.level] += info.tet_count;
     sums->topology_bytes += info.topology_bytes;
     for (uint32_t c = 0; c < channels; c++) channel_bytes[c] += info.channel_bytes[c];
     if (info.producer == TL_NONE) return TL_OK;
@@ -116,9 +117,10 @@ static tl_status check_sums_agree(tl_ctx *ctx, const tl_store *store, const chec
 {
     const tl_store_head *head = &store->head;
     for (uint32_t l = 0; l < head->level_count; l++)
-        if (sums->level_patches[l] != head->levels[l].patch_count)
+        if (sums->level_patches[l] != head->levels[l].patch_count ||
+            sums->level_tets[l] != head->levels[l].tets)
             return fail_at(ctx, store, "level", l,
-                           "has another number of patches than the head says");
+                           "has another number of patches or tets than the head says");
     for (uint32_t c = 0; c < head->channel_count; c++)
         if (channel_bytes[c] != head->channels[c].bytes)
             return fail_at(ctx, store, "channel", c,
