@@ -47,14 +47,14 @@ class Models(unittest.TestCase):
     def test_info_for_people(self):
         done = run("info", self.path)
         self.assertEqual(done.returncode, 0, done.stderr)
-        for words in ("a model of 2 tets, 5 vertices", "2 levels, 1 segments, 3 patches", "7 'steel' (2 tets)", "heat"):
+        for words in ("a model of 2 tets, 5 vertices", "levels: 2, segments: 1, patches: 3 (roots: 1), tets stored: 3", "7 'steel' (2 tets)", "heat"):
             self.assertIn(words, done.stdout)
 
     def test_check(self):
         for words in (("check", self.path), ("check", self.path, "--fast")):
             done = run(*words)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn("3 patches", done.stdout)
+            self.assertIn("patches: 3", done.stdout)
         said = json.loads(run("check", self.path, "--json").stdout)
         self.assertTrue(said["ok"])
         self.assertEqual(said["patches"], 3)

@@ -120,7 +120,7 @@ static inline void make_store_head(make_store *m)
     }
     m->cells[0] = 17;
     m->cells[2] = 4;
-    m->regions[0] = (tl_store_region){-1, 10, ""};
+    m->regions[0] = (tl_store_region){-1, 10, NULL};
     m->regions[1] = (tl_store_region){7, 90, "inlet"};
     m->head = (tl_store_head){.lattice = {TL_PLACE_LATTICE, -10, {-512, 0, 1024}},
                               .segment_count = segment,

@@ -142,7 +142,7 @@ static void check_head(const make_store *m, const tl_store *store)
     for (uint32_t i = 0; i < got->regions_listed; i++) {
         CHECK_EQ(got->regions[i].id, made->regions[i].id);
         CHECK_EQ(got->regions[i].tets, made->regions[i].tets);
-        check_text(got->regions[i].name, made->regions[i].name);
+        check_text(got->regions[i].name, made->regions[i].name ? made->regions[i].name : "");
     }
     CHECK_EQ(got->level_count, made->level_count);
     for (uint32_t l = 0; l < got->level_count; l++) {

@@ -100,7 +100,7 @@ typedef struct tl_store_level {
 typedef struct tl_store_region {
     int64_t id;
     uint64_t tets;
-    const char *name; /* "" when the file has none */
+    const char *name; /* "" when the file has none; a builder may leave it NULL */
 } tl_store_region;
 
 /* What opening a file tells. Pointers live as long as the store. */

@@ -32,9 +32,9 @@ static void print_text(const cli_session *session, const char *path, const tl_st
 {
     const tl_store_head *head = tl_store_get_head(store);
     const bool fast = cli_get(session, CLI_FAST)->given;
-    printf("%-10s  %s: %s patches, %s segments, %s levels (%s, %s)\n", "checked", path,
-           cli_count(head->patch_count).s, cli_count(head->segment_count).s,
-           cli_count(head->level_count).s, cli_bytes((double)head->file_bytes).s,
+    printf("%-10s  %s: levels: %s, segments: %s, patches: %s (%s, %s)\n", "checked", path,
+           cli_count(head->level_count).s, cli_count(head->segment_count).s,
+           cli_count(head->patch_count).s, cli_bytes((double)head->file_bytes).s,
            cli_seconds(seconds).s);
     printf("%-10s  %s\n", "right",
            fast ? "head, index and graph; patches were not looked at"

@@ -154,7 +154,7 @@ static void print_regions(const tl_store_head *head)
 static void print_sizes(const tl_store_head *head)
 {
     const double tets = (double)stored_tets(head);
-    printf("model       %s levels, %s segments, %s patches (%s roots), %s tets stored\n",
+    printf("model       levels: %s, segments: %s, patches: %s (roots: %s), tets stored: %s\n",
            cli_count(head->level_count).s, cli_count(head->segment_count).s,
            cli_count(head->patch_count).s, cli_count(head->root_patch_count).s,
            cli_count(stored_tets(head)).s);

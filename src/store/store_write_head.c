@@ -5,6 +5,11 @@
 
 /* ---- proving ---- */
 
+static const char *name_of(const tl_store_region *region)
+{
+    return region->name ? region->name : "";
+}
+
 static const char *wrong_channel(const tl_store_channel *channel)
 {
     if (!channel->name || !*channel->name || !channel->unit) return "has no name or unit";
@@ -56,8 +61,8 @@ tl_status tli_head_examine(tl_ctx *ctx, const tl_store_head *head)
     else if (!has_box(&head->stats))
         wrong = "it has no finite bounds";
     for (uint32_t i = 0; !wrong && i < head->regions_listed; i++)
-        if (!head->regions[i].name || strlen(head->regions[i].name) > TLI_STORE_NAME_BYTES_MAX)
-            wrong = "it has a region without name or with one that is too long";
+        if (strlen(name_of(&head->regions[i])) > TLI_STORE_NAME_BYTES_MAX)
+            wrong = "it has a region with a name that is too long";
     if (wrong) return tl_fail(ctx, TL_ERR_ARG, "the model can't be stored: %s", wrong);
     for (uint32_t c = 0; c < head->channel_count; c++) {
         wrong = wrong_channel(&head->channels[c]);
@@ -70,7 +75,7 @@ tl_status tli_head_examine(tl_ctx *ctx, const tl_store_head *head)
 
 static uint64_t region_bytes(const tl_store_region *region)
 {
-    return tli_store_align(TLI_HEAD_REGION_BYTES + strlen(region->name));
+    return tli_store_align(TLI_HEAD_REGION_BYTES + strlen(name_of(region)));
 }
 
 static uint64_t channel_bytes(const tl_store_channel *channel)
@@ -173,12 +178,12 @@ static void put_zeros(uint8_t **at, const uint8_t *end)
 static void put_region(uint8_t **at, const tl_store_region *region)
 {
     const uint8_t *end = *at + region_bytes(region);
-    const size_t name_bytes = strlen(region->name);
+    const size_t name_bytes = strlen(name_of(region));
     tli_put(at, (uint64_t)region->id, 8);
     tli_put(at, region->tets, 8);
     tli_put(at, name_bytes, 4);
     tli_put(at, 0, 4);
-    put_text(at, region->name, name_bytes);
+    put_text(at, name_of(region), name_bytes);
     put_zeros(at, end);
 }
 
