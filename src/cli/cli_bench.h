@@ -34,6 +34,8 @@ typedef int (*bench_fn)(bench_state *state, const bench_data *data);
 int bench_mesh(bench_state *state, const bench_data *data);
 int bench_simplify(bench_state *state, const bench_data *data);
 int bench_codec(bench_state *state, const bench_data *data);
+/* data->path is a model. */
+int bench_cut(bench_state *state, const bench_data *data);
 
 /* Order-dependent 64-bit hash of positions, tets and channels. */
 uint64_t bench_hash(const tl_mesh *mesh);
