@@ -366,13 +366,21 @@ static tl_status finish_values(plan *p, const tli_work *w, tl_mesh *out, const t
     return st;
 }
 
+/* Tets on the way to which the mesh may be thinned; SIZE_MAX where each collapse has to be tested
+ * or the order of costs is asked for. */
+static size_t thin_target(const plan *p)
+{
+    bool blocks = p->opts.method == TL_SIMPLIFY_AUTO || p->opts.method == TL_SIMPLIFY_BLOCKS;
+    return blocks && !p->bounded ? p->target : SIZE_MAX;
+}
+
 /* One simplification; *held tells whether the bounds hold in its result. */
 static tl_status simplify_once(plan *p, tl_mesh **out, tl_simplify_result *r, bool *held)
 {
     tli_work *w = NULL;
     tl_lidx *hints = NULL;
     double start = tli_clock_s(), measured = r->measure_seconds;
-    tl_status st = tli_work_create(p->ctx, p->mesh, &p->opts, p->scales, &w);
+    tl_status st = tli_work_create(p->ctx, p->mesh, &p->opts, p->scales, thin_target(p), &w);
     if (!st && p->bounded) {
         double *bounds = tl_mem_alloc(p->ctx, p->opts.channel_count, sizeof *bounds, &st);
         for (size_t i = 0; !st && i < p->opts.channel_count; i++)

@@ -18,6 +18,8 @@ static const double ROUND_SHARE = 0.5, MARGIN = 0.05;
 static const double LAST_SHARE = 0.1;
 /* The first round goes up to this multiple of the median of the vertices' cheapest edges. */
 static const double FIRST_COST = 40, LEAST_COST = 1e-12;
+/* Where the mesh was thinned, to this part of what the last collapses are expected to cost. */
+static const double THINNED_COST = 0.3;
 /* Tets that go for each edge that a round may collapse: hardly differs from mesh to mesh, so that a
  * round tells the next one. */
 static const double YIELD = 0.7, YIELD_LEAST = 0.3, YIELD_MOST = 1;
@@ -218,8 +220,10 @@ static tl_status all_rounds(rounds *r)
     tl_status st = TL_OK;
     tli_work *w = r->work;
     size_t last = r->target + (size_t)((double)r->target * LAST_SHARE);
-    double cost = sample_cost(r->hands[0], r->verts, tli_work_list_live(w, r->verts));
-    r->cost = cost > 0 ? FIRST_COST * cost : LEAST_COST;
+    r->cost = THINNED_COST * w->last_cost;
+    if (!(r->cost > 0))
+        r->cost = FIRST_COST * sample_cost(r->hands[0], r->verts, tli_work_list_live(w, r->verts));
+    if (!(r->cost > 0)) r->cost = LEAST_COST;
     r->yield = YIELD;
     for (unsigned idle = 0; !st && w->tets_live > last && idle < IDLE_MAX && r->number < ROUNDS_MAX;
          r->number++) {

@@ -51,18 +51,18 @@ size_t tli_star_neighbours(tli_work *w, tl_lidx u, tl_lidx *out)
     const tli_star *s = &w->verts[u].star;
     size_t count = 0;
     if (s->count > TLI_STAR_MAX) return 0;
-    w->verts[u].mark = 1;
+    w->marks[u] = 1;
     for (uint32_t i = 0; i < s->count; i++) {
         const tl_lidx *q = w->tets[s->tets[i]];
         for (int j = 0; j < 4; j++) {
-            tli_vertex *v = &w->verts[q[j]];
-            if (v->mark) continue;
-            v->mark = 1;
+            uint16_t *mark = &w->marks[q[j]];
+            if (*mark) continue;
+            *mark = 1;
             out[count++] = q[j];
         }
     }
-    w->verts[u].mark = 0;
-    for (size_t i = 0; i < count; i++) w->verts[out[i]].mark = 0;
+    w->marks[u] = 0;
+    for (size_t i = 0; i < count; i++) w->marks[out[i]] = 0;
     return count;
 }
 
@@ -226,51 +226,15 @@ static bool surface_fine(const tli_work *w, tli_hood *h)
     return true;
 }
 
-static uint32_t *take_room(tli_star_bank *bank, uint32_t capacity, tl_status *st)
-{
-    size_t list = capacity / TLI_BANK_STEP;
-    enum { CHUNK = 65536 };
-    if (list < TLI_BANK_CLASSES && bank->free_lists[list]) {
-        uint32_t *room = bank->free_lists[list];
-        memcpy(&bank->free_lists[list], room, sizeof bank->free_lists[list]);
-        return room;
-    }
-    if (bank->room_count < capacity) {
-        bank->room = tli_arena_alloc(&bank->arena, CHUNK, sizeof *bank->room, st);
-        bank->room_count = *st ? 0 : CHUNK;
-        if (*st) return NULL;
-    }
-    uint32_t *room = bank->room;
-    bank->room += capacity;
-    bank->room_count -= capacity;
-    return room;
-}
-
-static void give_room(tli_star_bank *bank, tli_star *star)
-{
-    size_t list = star->capacity / TLI_BANK_STEP;
-    if (list >= 1 && list < TLI_BANK_CLASSES && ((uintptr_t)star->tets & 7) == 0) {
-        memcpy(star->tets, &bank->free_lists[list], sizeof(uint32_t *));
-        bank->free_lists[list] = star->tets;
-    }
-    *star = (tli_star){0};
-}
-
 /* The star of u becomes what is left of both. */
 static tl_status join_stars(tli_work *w, tli_hood *h, tli_star_bank *bank)
 {
     tli_star *su = &w->verts[h->ends[0]].star;
     uint32_t count = h->side_counts[0] + h->side_counts[1];
-    tl_status st = TL_OK;
-    if (count > su->capacity) {
-        uint32_t capacity = (count + TLI_BANK_STEP - 1) / TLI_BANK_STEP * TLI_BANK_STEP;
-        uint32_t *room = take_room(bank, capacity, &st);
-        if (st) return st;
-        give_room(bank, su);
-        su->tets = room;
-        su->capacity = capacity;
-    }
-    give_room(bank, &w->verts[h->ends[1]].star);
+    su->count = 0; /* all are listed in the hood */
+    tl_status st = tli_star_reserve(bank, su, count);
+    if (st) return st;
+    tli_star_release(bank, &w->verts[h->ends[1]].star);
     uint32_t n = 0;
     for (int side = 0; side < 2; side++)
         for (uint32_t i = 0; i < h->side_counts[side]; i++) su->tets[n++] = h->sides[side][i].tet;
@@ -357,28 +321,36 @@ static tl_status commit(tli_work *w, tli_hood *h, tli_star_bank *bank)
     return TL_OK;
 }
 
-/* Writes the corners of the tets of one end that do not hold the other one behind count. */
-static size_t list_corners(const tli_work *w, tli_hood *h, unsigned end, double scale, size_t count)
+/* A look at the shapes of the tets of one end that do not hold the other, a few at a time: most
+ * collapses that fail end at one of the first. */
+static tli_shapes look_at_end(const tli_work *w, tli_hood *h, unsigned end, double scale)
 {
     tl_lidx at = h->ends[end], other = h->ends[1 - end];
     const tli_star *star = &w->verts[at].star;
-    for (uint32_t i = 0; i < star->count; i++) {
-        const tl_lidx *q = w->tets[star->tets[i]];
-        if (q[0] == other || q[1] == other || q[2] == other || q[3] == other) continue;
-        const uint8_t *f = tli_tet_faces[tli_corner_of(q, at)];
-        for (int j = 0; j < 3; j++) {
-            const double *x = w->verts[q[f[j]]].xyz;
-            h->corners[3 * j][count] = (float)((x[0] - h->place[0]) * scale);
-            h->corners[3 * j + 1][count] = (float)((x[1] - h->place[1]) * scale);
-            h->corners[3 * j + 2][count] = (float)((x[2] - h->place[2]) * scale);
+    tli_shapes worst = TLI_SHAPES_FINE;
+    for (uint32_t i = 0; i < star->count;) {
+        size_t count = 0;
+        for (; i < star->count && count < TLI_LOOK; i++) {
+            const tl_lidx *q = w->tets[star->tets[i]];
+            if (q[0] == other || q[1] == other || q[2] == other || q[3] == other) continue;
+            const uint8_t *f = tli_tet_faces[tli_corner_of(q, at)];
+            for (int j = 0; j < 3; j++) {
+                const double *x = w->verts[q[f[j]]].xyz;
+                h->corners[3 * j][count] = (float)((x[0] - h->place[0]) * scale);
+                h->corners[3 * j + 1][count] = (float)((x[1] - h->place[1]) * scale);
+                h->corners[3 * j + 2][count] = (float)((x[2] - h->place[2]) * scale);
+            }
+            count++;
         }
-        count++;
+        tli_shapes some =
+            w->shapes((const float(*)[TLI_LOOK])h->corners, count, (float)w->shape_cube);
+        if (some > worst) worst = some;
+        if (worst == TLI_SHAPES_TURNED) break;
     }
-    return count;
+    return worst;
 }
 
-/* A cheap look at the shapes before anything else is gathered: most collapses that fail end here.
- */
+/* A cheap look at the shapes before anything else is gathered. */
 static tli_shapes look_at_shapes(const tli_work *w, tli_hood *h)
 {
     const double *a = w->verts[h->ends[0]].xyz, *b = w->verts[h->ends[1]].xyz;
@@ -386,9 +358,10 @@ static tli_shapes look_at_shapes(const tli_work *w, tli_hood *h)
     for (int i = 0; i < 3; i++) square += (a[i] - b[i]) * (a[i] - b[i]);
     if (!(square > 0)) return TLI_SHAPES_UNSURE;
     double scale = 1 / sqrt(square);
-    size_t count = list_corners(w, h, 0, scale, 0);
-    count = list_corners(w, h, 1, scale, count);
-    return w->shapes((const float(*)[TLI_STAR_MAX])h->corners, count, (float)w->shape_cube);
+    tli_shapes u = look_at_end(w, h, 0, scale);
+    if (u == TLI_SHAPES_TURNED) return u;
+    tli_shapes v = look_at_end(w, h, 1, scale);
+    return v > u ? v : u;
 }
 
 /* Everything short of the change. */
@@ -421,7 +394,7 @@ tl_status tli_collapse_edge(tli_work *w, tli_hood *hood, tli_star_bank *bank, tl
         st = tli_carry_test(w, hood, &fine);
         if (!fine) *verdict = TLI_NO_ERROR;
     }
-    for (uint16_t l = 0; l < hood->vert_count; l++) w->verts[hood->verts[l]].mark = 0;
+    for (uint16_t l = 0; l < hood->vert_count; l++) w->marks[hood->verts[l]] = 0;
     if (!st && !*verdict) st = commit(w, hood, bank);
     *kept = u;
     *tets_gone = hood->gone_count;

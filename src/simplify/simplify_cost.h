@@ -15,8 +15,8 @@
 typedef void (*tli_cost_fn)(const tli_work *work, tl_lidx u, const tl_lidx *v, size_t count,
                             float *cost);
 
-tli_shapes tli_shapes_base(const float (*corners)[TLI_STAR_MAX], size_t count, float least);
-tli_shapes tli_shapes_avx2(const float (*corners)[TLI_STAR_MAX], size_t count, float least);
+tli_shapes tli_shapes_base(const float (*corners)[TLI_LOOK], size_t count, float least);
+tli_shapes tli_shapes_avx2(const float (*corners)[TLI_LOOK], size_t count, float least);
 tli_shapes_fn tli_shapes_best(void);
 
 /* The same bytes from each; tli_cost_best asks the processor. */

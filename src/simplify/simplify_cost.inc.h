@@ -5,7 +5,7 @@
 #include "simplify/simplify_quadric.h"
 
 enum { LANES = 8 };
-typedef float lanes __attribute__((vector_size(4 * LANES), aligned(4)));
+typedef float lanes __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
 typedef int32_t lanes_mask __attribute__((vector_size(4 * LANES)));
 
 static inline lanes splat(float x)
@@ -22,7 +22,7 @@ static inline lanes pick(lanes_mask mask, lanes yes, lanes no)
 static inline void transpose(const float *const row[LANES], size_t at, lanes out[LANES])
 {
     lanes r[LANES], s[LANES];
-    for (int i = 0; i < LANES; i++) memcpy(&r[i], row[i] + at, sizeof r[i]);
+    for (int i = 0; i < LANES; i++) r[i] = *(const lanes *)(row[i] + at);
     for (int i = 0; i < LANES; i += 2) {
         s[i] = __builtin_shufflevector(r[i], r[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
         s[i + 1] = __builtin_shufflevector(r[i], r[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
@@ -194,7 +194,7 @@ void TLI_COST_NAME(const tli_work *w, tl_lidx u, const tl_lidx *v, size_t count,
  * negative. */
 static const float SURELY_FINE = 1e-6f, SURELY_TURNED = 1e-8f, MARGIN = 1.05f;
 
-tli_shapes TLI_SHAPES_NAME(const float (*c)[TLI_STAR_MAX], size_t count, float least)
+tli_shapes TLI_SHAPES_NAME(const float (*c)[TLI_LOOK], size_t count, float least)
 {
     float from = MARGIN * (least > SURELY_FINE ? least : SURELY_FINE);
     int unsure = 0, turned = 0;

@@ -39,11 +39,11 @@ void tli_hood_destroy(tl_ctx *ctx, tli_hood *hood)
 /* Local number of a vertex, given out on first sight. */
 static inline uint16_t local(tli_work *w, tli_hood *h, tl_lidx v)
 {
-    uint16_t m = w->verts[v].mark;
+    uint16_t m = w->marks[v];
     if (m) return (uint16_t)(m - 1);
     h->verts[h->vert_count] = v;
     h->flags[h->vert_count] = 0;
-    w->verts[v].mark = (uint16_t)(h->vert_count + 1);
+    w->marks[v] = (uint16_t)(h->vert_count + 1);
     return h->vert_count++;
 }
 
@@ -151,7 +151,7 @@ static void flag_surface(const tli_work *w, tli_hood *h, tl_lidx tet, tl_lidx en
     for (unsigned f = 0; f < 4; f++) {
         if (!(w->faces[tet] & 1u << f) || q[f] == end) continue;
         for (unsigned j = 0; j < 4; j++)
-            if (j != f && q[j] != end) h->flags[w->verts[q[j]].mark - 1] |= flag;
+            if (j != f && q[j] != end) h->flags[w->marks[q[j]] - 1] |= flag;
     }
 }
 
@@ -175,7 +175,7 @@ static bool surface_link_fine(const tli_work *w, tli_hood *h)
         if (w->faces[t] >> cu & w->faces[t] >> cv & 1) return false;
         for (unsigned f = 0; f < 4; f++) {
             if (f == cu || f == cv || !(w->faces[t] & 1u << f)) continue;
-            h->flags[w->verts[q[6 - f - cu - cv]].mark - 1] |= SURFACE_UV;
+            h->flags[w->marks[q[6 - f - cu - cv]] - 1] |= SURFACE_UV;
             on_surface = true;
         }
     }
@@ -208,8 +208,7 @@ static void add_fan_faces(const tli_work *w, tli_hood *h, tl_lidx t, tl_lidx end
             return;
         }
         tli_fan_face *to = &h->fan[h->fan_count++];
-        for (int j = 0; j < 3; j++)
-            to->verts[j] = (uint16_t)(w->verts[q[tli_tet_faces[f][j]]].mark - 1);
+        for (int j = 0; j < 3; j++) to->verts[j] = (uint16_t)(w->marks[q[tli_tet_faces[f][j]]] - 1);
         to->group = (w->regions ? (int64_t)w->regions[t] * 2 : 0) + (w->faces[t] >> (4 + f) & 1);
     }
 }

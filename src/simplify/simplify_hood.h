@@ -36,9 +36,9 @@ struct tli_hood {
     tli_fan_face fan[TLI_FAN_MAX]; /* surface faces at u or v, each once */
     uint32_t fan_count;
 
-    float corners[9][TLI_STAR_MAX]; /* of the changed tets, from place, in edge lengths */
-    double place[3];                /* of the new vertex, mesh units */
-    double rel[TLI_HOOD_VERTS][3];  /* of the neighbours, from place */
+    float corners[9][TLI_LOOK];    /* of the changed tets, from place, in edge lengths */
+    double place[3];               /* of the new vertex, mesh units */
+    double rel[TLI_HOOD_VERTS][3]; /* of the neighbours, from place */
     double rel2[TLI_HOOD_VERTS];
     double *values;       /* [components] of the new vertex */
     double *sum;          /* [quadric_floats] quadric of the edge at anchor u */

@@ -114,7 +114,7 @@ tl_status tli_sort_by_block(const tli_work *work, const tl_lidx *verts, size_t c
 /* Reports how far live tets are from the input's to target. */
 static inline tl_status tli_order_report(const tli_work *work, size_t live, size_t target)
 {
-    size_t total = work->tet_count - target, done = work->tet_count - live;
+    size_t total = work->input_tets - target, done = work->input_tets - live;
     return tl_progress(work->ctx, "simplify", done < total ? done : total, total);
 }
 

@@ -16,11 +16,14 @@
 static const double FACE_WEIGHT = 1.0;
 static const double EDGE_WEIGHT = 1.0;
 static const double DISTRIBUTION = 1e-4;
+/* Above this mean ratio, cubed, a tet is far from flat for any rounding. */
+static const double SOLID_CUBE = 1e-9;
 
 typedef struct quadric_job {
     tli_work *work;
-    float (*gradients)[4]; /* of one component, and the volume */
+    float (*gradients)[4]; /* of one component, and the volume; that negative: not surely solid */
     size_t component;
+    uint8_t *inner; /* [vert_count] or NULL */
 } quadric_job;
 
 /* Gradient of a component in each tet, in ranges per diagonal. */
@@ -32,7 +35,7 @@ static tl_status set_gradients(void *arg, size_t begin, size_t end, unsigned wor
     (void)worker;
     for (size_t t = begin; t < end; t++) {
         const tl_lidx *q = w->tets[t];
-        double e[3][3], df[3];
+        double e[3][3], df[3], edges = 0;
         for (int i = 0; i < 3; i++) {
             for (int j = 0; j < 3; j++)
                 e[i][j] = (w->verts[q[i + 1]].xyz[j] - w->verts[q[0]].xyz[j]) * w->scale;
@@ -43,6 +46,7 @@ static tl_status set_gradients(void *arg, size_t begin, size_t end, unsigned wor
         double c[3][3];
         for (int i = 0; i < 3; i++) {
             const double *a = e[(i + 1) % 3], *b = e[(i + 2) % 3];
+            for (int j = 0; j < 3; j++) edges += a[j] * a[j] + (b[j] - a[j]) * (b[j] - a[j]);
             c[i][0] = a[1] * b[2] - a[2] * b[1];
             c[i][1] = a[2] * b[0] - a[0] * b[2];
             c[i][2] = a[0] * b[1] - a[1] * b[0];
@@ -54,8 +58,36 @@ static tl_status set_gradients(void *arg, size_t begin, size_t end, unsigned wor
         g[3] = (float)det;
         if (!(det > 0) || !isfinite(g[0]) || !isfinite(g[1]) || !isfinite(g[2]))
             g[0] = g[1] = g[2] = g[3] = 0;
+        if (!(432 * det * det > SOLID_CUBE * edges * edges * edges)) g[3] = -g[3];
     }
     return TL_OK;
+}
+
+/* A number of a vertex that looks random. */
+static inline uint64_t number_of(tl_lidx v)
+{
+    uint64_t x = (v + UINT64_C(0x9e3779b97f4a7c15)) * UINT64_C(0xbf58476d1ce4e5b9);
+    return (x ^ x >> 32) * UINT64_C(0x94d049bb133111eb);
+}
+
+/* Are all tets around v solid and of one region, and every edge of the faces opposite v there in
+ * both directions, as it is around a vertex that lies on no surface? A face's product is the sum of
+ * a b (a - b) over its edges, which has the other sign in the other direction. */
+static bool is_inner(const quadric_job *job, tl_lidx v)
+{
+    const tli_work *w = job->work;
+    const tli_star *s = &w->verts[v].star;
+    uint64_t sum = 0;
+    bool fine = s->count > 0;
+    for (uint32_t i = 0; i < s->count; i++) {
+        const tl_lidx *q = w->tets[s->tets[i]];
+        const uint8_t *f = tli_tet_faces[tli_corner_of(q, v)];
+        uint64_t a = number_of(q[f[0]]), b = number_of(q[f[1]]), c = number_of(q[f[2]]);
+        sum += (a - b) * (b - c) * (c - a);
+        fine = fine && job->gradients[s->tets[i]][3] > 0 &&
+               (!w->regions || w->regions[s->tets[i]] == w->regions[s->tets[0]]);
+    }
+    return fine && sum == 0;
 }
 
 static tl_status add_field(void *arg, size_t begin, size_t end, unsigned worker)
@@ -69,7 +101,7 @@ static tl_status add_field(void *arg, size_t begin, size_t end, unsigned worker)
         double sum[10] = {0}, volume = 0;
         for (uint32_t i = 0; i < s->count; i++) {
             const float *g = job->gradients[s->tets[i]];
-            double x = g[0], y = g[1], z = g[2], m = g[3];
+            double x = g[0], y = g[1], z = g[2], m = fabsf(g[3]);
             sum[0] += m * x * x;
             sum[1] += m * x * y;
             sum[2] += m * x * z;
@@ -83,6 +115,7 @@ static tl_status add_field(void *arg, size_t begin, size_t end, unsigned worker)
         }
         if (job->component == 0)
             tli_work_round_values(w, (tl_lidx)v, w->values + v * w->components);
+        if (job->component == 0 && job->inner) job->inner[v] = is_inner(job, (tl_lidx)v);
         if (!(volume > 0)) continue;
         double inv = 1 / volume;
         for (int i = 0; i < 6; i++) q[i] += (float)(sum[i] * inv);
@@ -91,7 +124,7 @@ static tl_status add_field(void *arg, size_t begin, size_t end, unsigned worker)
             for (int i = 0; i < 3; i++) g[i] = (float)(sum[6 + i] * inv);
         }
         if (job->component == 0) {
-            double size2 = pow(volume, 2.0 / 3.0), pull = DISTRIBUTION * DISTRIBUTION / size2;
+            double size = cbrt(volume), pull = DISTRIBUTION * DISTRIBUTION / (size * size);
             q[0] += (float)pull;
             q[3] += (float)pull;
             q[5] += (float)pull;
@@ -150,10 +183,10 @@ static void add_sharp_edges(tli_work *w)
     }
 }
 
-tl_status tli_work_set_quadrics(tli_work *w)
+tl_status tli_work_set_quadrics(tli_work *w, uint8_t *inner)
 {
     tl_status st = TL_OK;
-    quadric_job job = {w, NULL, 0};
+    quadric_job job = {w, NULL, 0, inner};
     memset(w->quadrics, 0, w->vert_count * w->quadric_floats * sizeof *w->quadrics);
     job.gradients = tl_mem_alloc(w->ctx, w->tet_count, sizeof *job.gradients, &st);
     do {
@@ -161,12 +194,15 @@ tl_status tli_work_set_quadrics(tli_work *w)
         if (!st) st = tli_parallel(w->ctx, w->vert_count, 16384, add_field, &job);
     } while (!st && ++job.component < w->components);
     tl_mem_free(w->ctx, job.gradients);
-    if (st) return st;
+    return st;
+}
+
+void tli_work_add_surface_quadrics(tli_work *w)
+{
     add_faces(w);
     add_sharp_edges(w);
     tl_mem_free(w->ctx, w->surface);
     tl_mem_free(w->ctx, w->sharp);
     w->surface = NULL;
     w->sharp = NULL;
-    return TL_OK;
 }

@@ -104,13 +104,38 @@ static tl_status set_stars(tli_work *w)
     for (size_t v = 0; !st && v < w->vert_count; v++) {
         w->verts[v].star.tets = w->incidence + offsets[v];
         w->verts[v].star.count = w->verts[v].star.capacity = offsets[v + 1] - offsets[v];
-        if (offsets[v + 1] == offsets[v])
-            w->verts[v].merged = TL_NONE;
-        else
-            w->verts_live++;
+        if (offsets[v + 1] == offsets[v] && w->verts[v].merged == v) w->verts[v].merged = TL_NONE;
     }
     tl_mem_free(w->ctx, offsets);
     return st;
+}
+
+tl_status tli_work_compact(tli_work *w)
+{
+    tl_status st = TL_OK;
+    size_t n = 0;
+    for (size_t t = 0; t < w->tet_count; t++) {
+        if (w->tets[t][0] == TL_NONE) continue;
+        memcpy(w->tets[n], w->tets[t], sizeof *w->tets);
+        w->faces[n] = w->faces[t];
+        if (w->regions) w->regions[n] = w->regions[t];
+        if (w->tet_origin) w->tet_origin[n] = w->tet_origin[t];
+        n++;
+    }
+    w->tet_count = n;
+    w->tets = tl_mem_resize(w->ctx, w->tets, n, sizeof *w->tets, &st);
+    w->faces = tl_mem_resize(w->ctx, w->faces, n, sizeof *w->faces, &st);
+    if (w->regions) w->regions = tl_mem_resize(w->ctx, w->regions, n, sizeof *w->regions, &st);
+    if (w->tet_origin)
+        w->tet_origin = tl_mem_resize(w->ctx, w->tet_origin, n, sizeof *w->tet_origin, &st);
+    for (unsigned i = 0; i < w->bank_count; i++) {
+        tli_arena_close(&w->banks[i].arena);
+        w->banks[i] = (tli_star_bank){0};
+        tli_arena_open(w->ctx, &w->banks[i].arena);
+    }
+    tl_mem_free(w->ctx, w->incidence);
+    w->incidence = NULL;
+    return st ? st : set_stars(w);
 }
 
 bool tli_has_tet_channels(const tl_mesh *mesh)
@@ -152,15 +177,17 @@ static void alloc_arrays(tli_work *w, bool with_regions, bool with_origins, tl_s
     if (with_origins) w->tet_origin = tl_mem_alloc(ctx, m, sizeof *w->tet_origin, st);
     if (with_regions) w->regions = tl_mem_alloc(ctx, m, sizeof *w->regions, st);
     w->verts = tl_mem_zalloc(ctx, n, sizeof *w->verts, st);
+    w->marks = tl_mem_zalloc(ctx, n, sizeof *w->marks, st);
     w->values = tl_mem_alloc(ctx, n * w->components, sizeof *w->values, st);
     w->banks = tl_mem_zalloc(ctx, w->bank_count, sizeof *w->banks, st);
     for (unsigned i = 0; !*st && i < w->bank_count; i++) tli_arena_open(ctx, &w->banks[i].arena);
 }
 
 static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *opts,
-                      const double *channel_scales)
+                      const double *channel_scales, size_t thin_target)
 {
     tl_status st = TL_OK;
+    uint8_t *inner = NULL;
     tl_lidx *rank = tl_mem_alloc(w->ctx, w->vert_count, sizeof *rank, &st), *opposite = NULL;
     size_t nonmanifold = 0;
     tl_lidx *order = tl_mem_alloc(w->ctx, w->vert_count, sizeof *order, &st);
@@ -174,22 +201,27 @@ static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *
     if (!st) st = tli_parallel(w->ctx, w->vert_count, 16384, copy_vertices, &job);
     if (!st) st = copy_tets(w, mesh, rank);
     tl_mem_free(w->ctx, rank);
+    if (!st) st = set_stars(w);
+    for (size_t v = 0; !st && v < w->vert_count; v++) w->verts_live += w->verts[v].star.count > 0;
+    if (!st) set_size(w, opts);
+    w->quadrics = tl_mem_alloc(w->ctx, w->vert_count * w->quadric_floats, sizeof *w->quadrics, &st);
+    if (thin_target != SIZE_MAX) inner = tl_mem_alloc(w->ctx, w->vert_count, 1, &st);
+    if (!st) st = tli_work_set_quadrics(w, inner);
+    for (size_t v = 0; !st && inner && opts->locked && v < w->vert_count; v++)
+        if (opts->locked[w->verts[v].origin]) inner[v] = 0;
+    if (!st && inner) st = tli_work_thin(w, inner, thin_target);
+    tl_mem_free(w->ctx, inner);
     if (!st)
         st = tl_tets_adjacency(w->ctx, w->tets[0], w->tet_count, w->vert_count, &opposite,
                                &nonmanifold);
-    if (!st) st = set_stars(w);
-    if (!st) set_size(w, opts);
     if (!st) st = tli_work_find_surfaces(w, opposite, nonmanifold, opts->locked);
     tl_mem_free(w->ctx, opposite);
-    if (!st)
-        w->quadrics =
-            tl_mem_alloc(w->ctx, w->vert_count * w->quadric_floats, sizeof *w->quadrics, &st);
-    if (!st) st = tli_work_set_quadrics(w);
+    if (!st) tli_work_add_surface_quadrics(w);
     return st;
 }
 
 tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
-                          const double *channel_scales, tli_work **work)
+                          const double *channel_scales, size_t thin_target, tli_work **work)
 {
     tl_status st = TL_OK;
     tli_work *w = tl_mem_zalloc(ctx, 1, sizeof *w, &st);
@@ -197,7 +229,7 @@ tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_op
     if (st) return st;
     w->ctx = ctx;
     w->vert_count = tl_mesh_vert_count(mesh);
-    w->tet_count = w->tets_live = tl_mesh_tet_count(mesh);
+    w->tet_count = w->input_tets = w->tets_live = tl_mesh_tet_count(mesh);
     w->bank_count = tl_ctx_thread_count(ctx);
     w->channel_count = opts->channel_count;
     w->channels = tl_mem_alloc(ctx, w->channel_count, sizeof *w->channels, &st);
@@ -214,7 +246,7 @@ tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_op
     w->listener = opts->listener;
     w->listener_user = opts->listener_user;
     alloc_arrays(w, tl_mesh_regions(mesh) != NULL, tli_has_tet_channels(mesh), &st);
-    if (!st) st = fill(w, mesh, opts, channel_scales);
+    if (!st) st = fill(w, mesh, opts, channel_scales, thin_target);
     if (st) {
         tli_work_destroy(w);
         return tl_note(ctx, st, "while preparing %zu tets for simplification",
@@ -230,11 +262,12 @@ void tli_work_drop_tets(tli_work *w)
     tli_carry_destroy(ctx, w->carry);
     for (unsigned i = 0; w->banks && i < w->bank_count; i++)
         if (w->banks[i].arena.ctx) tli_arena_close(&w->banks[i].arena);
-    void *blocks[] = {w->banks, w->values,     w->regions,  w->faces,
+    void *blocks[] = {w->banks, w->marks,      w->values,   w->regions,  w->faces,
                       w->tets,  w->tet_origin, w->quadrics, w->incidence};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
     w->carry = NULL;
     w->banks = NULL;
+    w->marks = NULL;
     w->values = NULL;
     w->regions = NULL;
     w->faces = NULL;

@@ -48,8 +48,9 @@ typedef enum tli_verdict {
  * columns x y z of three: how sure is it that all are positive and not badly shaped?
  * simplify_cost.inc.h */
 typedef enum tli_shapes { TLI_SHAPES_FINE, TLI_SHAPES_UNSURE, TLI_SHAPES_TURNED } tli_shapes;
-typedef tli_shapes (*tli_shapes_fn)(const float (*corners)[TLI_STAR_MAX], size_t count,
-                                    float least);
+/* Tets looked at at a time. */
+enum { TLI_LOOK = 16 };
+typedef tli_shapes (*tli_shapes_fn)(const float (*corners)[TLI_LOOK], size_t count, float least);
 
 /* The tets around a vertex. The array belongs to a star bank (or is part of the first incidence).
  */
@@ -72,7 +73,6 @@ typedef struct tli_vertex {
     double xyz[3]; /* mesh units */
     tli_star star;
     uint32_t version; /* counts the collapses into the vertex, so that old queue entries show */
-    uint16_t mark;    /* 0 outside of a collapse attempt */
     uint16_t block;   /* block that may change the vertex; with 4.1.1: not 0 once it took part */
     tl_lidx origin;   /* index in the input */
     tl_lidx merged;   /* vertex this one went into; itself while it lives; TL_NONE if of no tet */
@@ -83,7 +83,8 @@ typedef struct tli_vertex {
 
 typedef struct tli_work {
     tl_ctx *ctx;
-    size_t vert_count, tet_count; /* of the input */
+    size_t vert_count, tet_count; /* in the arrays; the input's, but for tets that are dropped */
+    size_t input_tets;
     size_t tets_live, verts_live;
 
     /* per tet */
@@ -93,6 +94,7 @@ typedef struct tli_work {
     tl_lidx *tet_origin; /* index in the input; NULL when no channel on tets asks for it */
 
     tli_vertex *verts;
+    uint16_t *marks; /* [vert_count] local numbers and the like; 0 outside of an attempt */
     double *values;  /* [vert_count][components], scaled: the largest range is 1 times the weight */
     float *quadrics; /* [vert_count][quadric_floats]; behind the quadric the values, rounded */
 
@@ -108,6 +110,7 @@ typedef struct tli_work {
 
     size_t components;     /* of all steering channels together */
     size_t quadric_floats; /* stride of quadrics, a multiple of 16: whole cache lines */
+    double last_cost;      /* what the last collapses may cost, about; 0: not known */
     double scale;          /* 1 / diagonal */
     double centre[3];      /* of the bounding box, mesh units */
     double rounding;       /* mesh units: surface moves below it are rounding of coordinates */
@@ -133,13 +136,16 @@ typedef struct tli_carried tli_carried; /* what a worker keeps of it */
 typedef struct tli_hood tli_hood;
 
 /* simplify_work.c */
-/* opts: complete, every channel named; channel_scales [channel_count] turn values into cost units.
+/* thin_target: tets on the way to which the mesh may be thinned at once; SIZE_MAX: not at all.
+ * opts: complete, every channel named; channel_scales [channel_count] turn values into cost units.
  */
 tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
-                          const double *channel_scales, tli_work **work);
+                          const double *channel_scales, size_t thin_target, tli_work **work);
 void tli_work_destroy(tli_work *work);
 /* Frees all but the vertices, and their stars with it. */
 void tli_work_drop_tets(tli_work *work);
+/* Drops tets that are gone from the arrays and from all stars. */
+tl_status tli_work_compact(tli_work *work);
 bool tli_has_tet_channels(const tl_mesh *mesh);
 /* verts [verts_live] receives the vertices that are left, ascending; returns their number. */
 size_t tli_work_list_live(const tli_work *work, tl_lidx *verts);
@@ -151,8 +157,15 @@ double tli_work_surface_bound(const tli_work *work);
 tl_status tli_work_find_surfaces(tli_work *work, const tl_lidx *opposite, size_t nonmanifold_faces,
                                  const uint8_t *locked);
 
-/* simplify_quadric.c: the quadrics of all vertices. */
-tl_status tli_work_set_quadrics(tli_work *work);
+/* simplify_quadric.c: the quadrics of the field at all vertices. inner [vert_count], or NULL, tells
+ * of which ones it is sure that they lie on no surface and that all their tets are solid. */
+tl_status tli_work_set_quadrics(tli_work *work, uint8_t *inner);
+/* Adds those of surfaces and sharp edges, whose lists are released. */
+void tli_work_add_surface_quadrics(tli_work *work);
+
+/* simplify_thin.c: takes inner vertices away whose loss costs little, before surfaces are known;
+ * not below target tets. */
+tl_status tli_work_thin(tli_work *work, const uint8_t *inner, size_t target);
 
 /* Writes values [components] behind the quadric of v, where the cost kernel reads them. */
 static inline void tli_work_round_values(tli_work *work, tl_lidx v, const double *values)
@@ -160,6 +173,12 @@ static inline void tli_work_round_values(tli_work *work, tl_lidx v, const double
     float *to = work->quadrics + v * work->quadric_floats + 11 + 4 * work->components;
     for (size_t i = 0; i < work->components; i++) to[i] = (float)values[i];
 }
+
+/* simplify_star.c */
+/* Room for count tets in a star, which keeps those that it has. */
+tl_status tli_star_reserve(tli_star_bank *bank, tli_star *star, uint32_t count);
+/* Empties a star; its memory serves others of the bank. */
+void tli_star_release(tli_star_bank *bank, tli_star *star);
 
 /* simplify_collapse.c */
 tl_status tli_hood_create(tl_ctx *ctx, const tli_work *work, tli_hood **hood);
