@@ -397,6 +397,12 @@ class Benches(Case):
         self.assertIn("boundary", {row["operation"] for row in said["rows"]})
         self.assertIn("verified", self.good("bench", "mesh", "--data", "cube.vtk", "--runs", 1).stdout)
 
+    def test_segment(self):
+        said = self.said("bench", "segment", "--sample", "gaussians", "--size", 30, "--runs", 1)
+        self.assertEqual(said["broken"], 0, said["rows"])
+        self.assertEqual({row["tets"] for row in said["rows"]}, {5 * 29 ** 3})
+        self.assertIn("stream holds", self.good("bench", "segment", "--data", "cube.vtk", "--runs", 1).stdout)
+
     def test_codec(self):
         said = self.said("bench", "codec", "--sample", "gaussians", "--size", 16, "--runs", 1)
         self.assertEqual([row["patch_tets"] for row in said["rows"]], [2000, 4000, 8000, 16000])

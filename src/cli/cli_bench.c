@@ -197,11 +197,24 @@ static int write_one_channel(bench_state *state, const tl_mesh *mesh, bench_data
     return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
+/* A bench that takes files as they are, whatever their size. */
+static int bench_plain_file(bench_state *state, const char *name, const char *path)
+{
+    bench_data data = {0};
+    snprintf(data.name, sizeof data.name, "%s", name);
+    snprintf(data.path, sizeof data.path, "%s", path);
+    int exit_status = bench_segment(state, &data);
+    cli_progress_clear(&state->session->progress);
+    cli_drop_notes(state->session); /* each run says the same */
+    return exit_status;
+}
+
 /* Reads a file with the reading options, benches it, and takes the copy away. */
 static int bench_file(bench_state *state, bench_fn bench, const char *name, const char *path)
 {
     cli_input input;
     bench_data data = {0};
+    if (bench == bench_segment) return bench_plain_file(state, name, path);
     int exit_status = cli_open_volume(state->session, state->session->ctx, path, &input);
     if (exit_status) return exit_status;
     snprintf(data.name, sizeof data.name, "%s", name);
@@ -294,6 +307,8 @@ static const struct {
     {"mesh", "adjacency, incidence, boundary, quality, point location", bench_mesh, false},
     {"simplify", "simplification: speed on one and on all threads, errors, memory, validity",
      bench_simplify, false},
+    {"segment", "cutting into segments out of core: balance, speed, memory, the stream",
+     bench_segment, false},
     {"codec", "bits and CPU time of the codec, one thread, by size of the patches", bench_codec,
      false},
     {"cut", "a model: opening it, moving its cut, extracting meshes", bench_cut, true},
@@ -360,6 +375,8 @@ static const char *const EXAMPLES[] = {
     "Speed and errors beside those of VTK",
     "tetralod bench simplify --sample gaussians --size 28 --size 64 --size 128",
     "How the cost grows: 0.1, 1.25 and 10 million tets",
+    "tetralod bench segment --data large.vtu --memory 256M",
+    "How balanced the segments of a file are, and how fast they are made in that memory",
     NULL};
 
 const cli_verb cli_verb_bench = {

@@ -1,4 +1,4 @@
-/* What the two benches share: data sets, times, facts about machine and input, the peer. */
+/* What the benches share: data sets, times, facts about machine and input, the peer. */
 #ifndef TETRALOD_CLI_BENCH_H
 #define TETRALOD_CLI_BENCH_H
 
@@ -33,6 +33,8 @@ typedef struct bench_state {
 typedef int (*bench_fn)(bench_state *state, const bench_data *data);
 int bench_mesh(bench_state *state, const bench_data *data);
 int bench_simplify(bench_state *state, const bench_data *data);
+/* Of the file as it is: only name and path of data are set. */
+int bench_segment(bench_state *state, const bench_data *data);
 int bench_codec(bench_state *state, const bench_data *data);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);

@@ -10,7 +10,7 @@
 
 #define SEED 20071122
 /* Of the largest part over the mean, in thousandths above 1, that METIS accepts. */
-#define IMBALANCE 20
+#define IMBALANCE 100
 /* Up to so many parts, recursive bisection balances better and is fast enough. */
 #define RECURSIVE_MAX 8u
 
