@@ -37,7 +37,7 @@ static const magic magics[] = {
 /* Text that stands somewhere in the head. */
 static const magic words[] = {
     MAGIC("<Xdmf", "XDMF"),
-    MAGIC("FoamFile", "OpenFOAM"),
+    MAGIC("FoamFile", "a file of an OpenFOAM case: name the folder of the case"),
 };
 
 /* Endings of names that mean a format, where the bytes do not tell. */
@@ -53,7 +53,6 @@ static const struct {
     {".msh", "Fluent MSH, or another that does not begin with $MeshFormat"},
     {".xdmf", "XDMF"},
     {".xmf", "XDMF"},
-    {".foam", "OpenFOAM"},
     {".stl", "STL, a surface"},
     {".obj", "OBJ, a surface"},
     {".inp", "Abaqus or AVS UCD"},

@@ -112,5 +112,10 @@ tl_status tli_read_ensight(tl_ctx *ctx, const tli_source *source, const tl_read_
                            tli_grid *grid);
 tl_status tli_steps_ensight(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
                             tl_steps *steps);
+tli_match tli_match_openfoam(const tli_source *source);
+tl_status tli_read_openfoam(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                            tli_grid *grid);
+tl_status tli_steps_openfoam(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                             tl_steps *steps);
 
 #endif
