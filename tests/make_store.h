@@ -1,6 +1,7 @@
 /* Models for tests of the container: a graph of any size made from a few numbers, with patches of a
  * few tets that really decode (raw layout) and fields with a formula. A segment takes up four
- * patches and hands on two, which go to different segments, so the graph is no tree. */
+ * patches (or more) and hands on half as many, which go to different segments, so the graph is no
+ * tree. */
 #ifndef TETRALOD_TESTS_MAKE_STORE_H
 #define TETRALOD_TESTS_MAKE_STORE_H
 
@@ -11,13 +12,13 @@
 
 #define MAKE_STORE_LEVELS_MAX 12
 #define MAKE_STORE_CHANNELS_MAX 8
-#define MAKE_STORE_INPUTS 4
-#define MAKE_STORE_OUTPUTS 2
+#define MAKE_STORE_OUTPUTS_MAX 16
 #define MAKE_STORE_SIDE 1024 /* of the lattice */
 
 typedef struct make_store {
     /* chosen */
     uint32_t level_count, coarse_segments, channel_count, vert_count;
+    uint32_t outputs; /* patches that a segment hands on, 0: two; it takes up twice as many */
     bool with_twins;
     tli_blob codec;
     /* made */
@@ -45,13 +46,23 @@ typedef struct make_store_patch {
 
 typedef struct make_store_segment {
     tl_segment_info info;
-    uint32_t outputs[MAKE_STORE_OUTPUTS];
+    uint32_t outputs[MAKE_STORE_OUTPUTS_MAX];
     double max_error[MAKE_STORE_CHANNELS_MAX];
     float field_bins[MAKE_STORE_CHANNELS_MAX * TL_BINS];
     float space_bins[MAKE_STORE_CHANNELS_MAX * TL_BINS];
 } make_store_segment;
 
 /* ---- the graph ---- */
+
+static inline uint32_t make_store_outputs(const make_store *m)
+{
+    return m->outputs ? m->outputs : 2;
+}
+
+static inline uint32_t make_store_inputs(const make_store *m)
+{
+    return 2 * make_store_outputs(m);
+}
 
 static inline uint32_t make_store_patches(const make_store *m, uint32_t level)
 {
@@ -107,9 +118,9 @@ static inline void make_store_head(make_store *m)
         *level = (tl_store_level){.max_error = m->level_errors[l], .boundary_error = l * 0.125};
         level->segment_count = l == top ? 0 : segments;
         level->patch_count =
-            l == top ? MAKE_STORE_OUTPUTS * segments : MAKE_STORE_INPUTS * segments;
+            l == top ? make_store_outputs(m) * segments : make_store_inputs(m) * segments;
         if (!top) level->patch_count = segments; /* never simplified: roots alone */
-        if (l != top) segments = segments * MAKE_STORE_INPUTS / MAKE_STORE_OUTPUTS;
+        if (l != top) segments = 2 * segments;
         level->tets = (uint64_t)level->patch_count * (m->vert_count - 3);
         level->verts = l ? TL_STORE_UNKNOWN : (uint64_t)level->patch_count * m->vert_count;
         for (uint32_t c = 0; c < m->channel_count; c++) m->level_errors[l][c] = ldexp(l, -8);
@@ -169,15 +180,15 @@ static inline void make_store_get_segment(const make_store *m, uint32_t id, make
     const uint32_t index = id - m->segment_base[level];
     uint64_t seed = 77 + id;
     memset(s, 0, sizeof *s);
-    for (uint32_t i = 0; i < MAKE_STORE_OUTPUTS; i++)
+    for (uint32_t i = 0; i < make_store_outputs(m); i++)
         s->outputs[i] = m->patch_base[level + 1] + index + i * m->levels[level].segment_count;
     s->info = (tl_segment_info){.level = level,
-                                .first_patch = m->patch_base[level] + MAKE_STORE_INPUTS * index,
-                                .patch_count = MAKE_STORE_INPUTS,
+                                .first_patch = m->patch_base[level] + make_store_inputs(m) * index,
+                                .patch_count = make_store_inputs(m),
                                 .outputs = s->outputs,
-                                .output_count = MAKE_STORE_OUTPUTS,
-                                .input_tets = MAKE_STORE_INPUTS * (m->vert_count - 3),
-                                .output_tets = MAKE_STORE_OUTPUTS * (m->vert_count - 3),
+                                .output_count = make_store_outputs(m),
+                                .input_tets = make_store_inputs(m) * (m->vert_count - 3),
+                                .output_tets = make_store_outputs(m) * (m->vert_count - 3),
                                 .sphere = {0, 0.5, 1.5, 1},
                                 .max_error = s->max_error,
                                 .field_bins = s->field_bins,
@@ -286,7 +297,7 @@ static inline void make_store_get_patch(tl_ctx *ctx, const make_store *m, uint32
     if (level)
         p->info.producer = m->segment_base[level - 1] + index % m->levels[level - 1].segment_count;
     if (level + 1 < m->level_count)
-        p->info.consumer = m->segment_base[level] + index / MAKE_STORE_INPUTS;
+        p->info.consumer = m->segment_base[level] + index / make_store_inputs(m);
     p->patch = (tl_patch){.vert_count = m->vert_count, .tet_count = m->vert_count - 3};
     p->patch.places = tl_mem_alloc(ctx, m->vert_count, sizeof *p->patch.places, &st);
     p->patch.tets = tl_mem_alloc(ctx, m->vert_count, sizeof *p->patch.tets, &st);

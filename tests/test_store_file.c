@@ -463,35 +463,6 @@ static void test_budget(void **state)
     ctx_destroy(ctx);
 }
 
-/* Aim of the format: 64 bytes a patch and 16 a channel, all of the index together. */
-static void test_index_size(void **state)
-{
-    (void)state;
-    tl_ctx *ctx = ctx_create();
-    for (uint32_t channels = 1; channels <= 7; channels += 3) {
-        make_store m = {
-            .level_count = 6, .coarse_segments = 20, .channel_count = channels, .vert_count = 6};
-        tl_store *store = NULL;
-        make_store_open(&m);
-        CHECK_OK(ctx, make_store_write(ctx, ctx, &m, "m.tlod"));
-        CHECK_OK(ctx, tl_store_open(ctx, "m.tlod", &store));
-        uint64_t payload = 0;
-        for (uint32_t p = 0; p < m.head.patch_count; p++) {
-            tl_patch_info info;
-            CHECK_OK(ctx, tl_store_patch(ctx, store, p, &info));
-            payload += (info.topology_bytes + 7) / 8 * 8 + 8;
-            for (uint32_t c = 0; c < channels; c++)
-                payload += (info.channel_bytes[c] + 7) / 8 * 8 + 8;
-        }
-        double each = (double)(tl_store_get_head(store)->file_bytes - payload) / m.head.patch_count;
-        /* segments of four patches: those of real models have more, and so share their errors */
-        printf("%u channels: ", channels);
-        CHECK_BOUND("bytes of index a patch", each, 64 + 40 * channels);
-        tl_store_close(store);
-    }
-    ctx_destroy(ctx);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -499,7 +470,6 @@ int main(void)
         cmocka_unit_test(test_many_pages), cmocka_unit_test(test_groups_are_contiguous),
         cmocka_unit_test(test_append),     cmocka_unit_test(test_wrong_use),
         cmocka_unit_test(test_threads),    cmocka_unit_test(test_budget),
-        cmocka_unit_test(test_index_size),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
