@@ -46,9 +46,11 @@ static inline void grid_check(const tli_grid *grid)
             (uint64_t)grid->blocks[b].dims[0] * grid->blocks[b].dims[1] * grid->blocks[b].dims[2];
     if (grid->block_count) CHECK_EQ(points, grid->point_count);
     const uint64_t cells = grid->block_count ? 0 : grid->cell_count;
-    for (uint64_t cell = 0; cell < cells; cell++)
+    for (uint64_t i = 0; !grid->offsets && i < 4 * cells; i++) /* tets alone */
+        CHECK(grid->connectivity[i] < grid->point_count);
+    for (uint64_t cell = 0; grid->offsets && cell < cells; cell++)
         CHECK(grid->offsets[cell] <= grid->offsets[cell + 1]);
-    for (uint64_t cell = 0; cell < cells; cell++) {
+    for (uint64_t cell = 0; grid->offsets && cell < cells; cell++) {
         uint64_t limit =
             grid->types && grid->types[cell] == 42 ? grid->face_count : grid->point_count;
         for (uint64_t i = grid->offsets[cell]; i < grid->offsets[cell + 1]; i++)

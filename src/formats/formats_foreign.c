@@ -71,13 +71,7 @@ static const struct {
 static const struct {
     const char *type, *name;
 } xml_types[] = {
-    XML_TYPE("PUnstructuredGrid"),
-    XML_TYPE("PImageData"),
-    XML_TYPE("PRectilinearGrid"),
-    XML_TYPE("PStructuredGrid"),
     XML_TYPE("PPolyData"),
-    XML_TYPE("Collection"),
-    XML_TYPE("vtkMultiBlockDataSet"),
     XML_TYPE("vtkHierarchicalBoxDataSet"),
     XML_TYPE("vtkOverlappingAMR"),
     XML_TYPE("HyperTreeGrid"),

@@ -117,5 +117,16 @@ tl_status tli_read_openfoam(tl_ctx *ctx, const tli_source *source, const tl_read
                             tli_grid *grid);
 tl_status tli_steps_openfoam(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
                              tl_steps *steps);
+tli_match tli_match_pvd(const tli_source *source);
+tl_status tli_read_pvd(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                       tli_grid *grid);
+tl_status tli_steps_pvd(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                        tl_steps *steps);
+tli_match tli_match_vtkpieces(const tli_source *source);
+tl_status tli_read_vtkpieces(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                             tli_grid *grid);
+tli_match tli_match_vtm(const tli_source *source);
+tl_status tli_read_vtm(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                       tli_grid *grid);
 
 #endif
