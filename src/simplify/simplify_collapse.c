@@ -107,6 +107,22 @@ static bool keep_volume(const tli_work *w, const tli_hood *hood, const tli_form 
     return d2 <= TLI_FAR_AWAY * e2;
 }
 
+/* Rounds the hood's place to the coarser step of both ends; y follows. */
+static void round_place(const tli_work *w, tli_hood *hood, double y[3])
+{
+    const tli_vertex *u = &w->verts[hood->ends[0]], *v = &w->verts[hood->ends[1]];
+    hood->step = u->step > v->step ? u->step : v->step;
+    if (hood->step == TLI_STEP_ANY) return;
+    for (int i = 0; i < 3; i++) {
+        double x = hood->place[i];
+        if (hood->step == TLI_STEP_FLOAT32)
+            hood->place[i] = (double)(float)x;
+        else
+            hood->place[i] = ldexp(rint(ldexp(x, -hood->step)), hood->step);
+        y[i] = (hood->place[i] - u->xyz[i]) * w->scale;
+    }
+}
+
 /* Places the new vertex and sets the hood's place, values and summed quadric (at anchor u). */
 static bool place_vertex(const tli_work *w, tli_hood *hood)
 {
@@ -118,6 +134,7 @@ static bool place_vertex(const tli_work *w, tli_hood *hood)
     edge_vectors(w, u, v, e, h);
     edge_quadric(w, u, v, e, h, hood->sum, k);
     memcpy(hood->place, w->verts[u].xyz, sizeof hood->place);
+    hood->step = w->verts[u].step;
     memcpy(hood->values, w->values + u * k, k * sizeof *hood->values);
     if (w->placement == TL_PLACE_SUBSET || cu == TLI_CORNER) return true;
     if (cu == cv && cu != TLI_CURVE) {
@@ -125,6 +142,7 @@ static bool place_vertex(const tli_work *w, tli_hood *hood)
         best_place(&form, e, y);
         if (cu == TLI_SURFACE && !keep_volume(w, hood, &form, e, y)) return false;
         for (int i = 0; i < 3; i++) hood->place[i] += y[i] / w->scale;
+        round_place(w, hood, y);
     }
     tli_quadric_values(hood->sum, k, y, h);
     for (size_t i = 0; i < k; i++) hood->values[i] += h[i];
@@ -312,6 +330,7 @@ static tl_status commit(tli_work *w, tli_hood *h, tli_star_bank *bank)
     if (q[9] < 0) q[9] = 0;
     tli_work_round_values(w, u, h->values);
     memcpy(w->verts[u].xyz, h->place, sizeof h->place);
+    w->verts[u].step = h->step;
     memcpy(w->values + u * k, h->values, k * sizeof *h->values);
     w->verts[u].surface_bound = h->surface_bound;
     if (w->carry) tli_carry_commit(w, h);

@@ -38,6 +38,7 @@ struct tli_hood {
 
     float corners[9][TLI_LOOK];    /* of the changed tets, from place, in edge lengths */
     double place[3];               /* of the new vertex, mesh units */
+    int16_t step;                  /* of that place */
     double rel[TLI_HOOD_VERTS][3]; /* of the neighbours, from place */
     double rel2[TLI_HOOD_VERTS];
     double *values;       /* [components] of the new vertex */

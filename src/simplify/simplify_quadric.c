@@ -5,6 +5,7 @@
 #include "simplify/simplify_quadric.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "simplify/simplify_work.h"
 
@@ -183,6 +184,14 @@ static void add_sharp_edges(tli_work *w)
     }
 }
 
+static void drop_surfaces(tli_work *w)
+{
+    tl_mem_free(w->ctx, w->surface);
+    tl_mem_free(w->ctx, w->sharp);
+    w->surface = NULL;
+    w->sharp = NULL;
+}
+
 tl_status tli_work_set_quadrics(tli_work *w, uint8_t *inner)
 {
     tl_status st = TL_OK;
@@ -197,12 +206,30 @@ tl_status tli_work_set_quadrics(tli_work *w, uint8_t *inner)
     return st;
 }
 
-void tli_work_add_surface_quadrics(tli_work *w)
+void tli_work_add_surface_quadrics(tli_work *w, bool known)
 {
-    add_faces(w);
-    add_sharp_edges(w);
-    tl_mem_free(w->ctx, w->surface);
-    tl_mem_free(w->ctx, w->sharp);
-    w->surface = NULL;
-    w->sharp = NULL;
+    if (!known) {
+        add_faces(w);
+        add_sharp_edges(w);
+    }
+    drop_surfaces(w);
+}
+
+void tli_work_take_quadrics(tli_work *w, const float *quadrics)
+{
+    size_t floats = tli_quadric_floats(w->components);
+    memset(w->quadrics, 0, w->vert_count * w->quadric_floats * sizeof *w->quadrics);
+    for (size_t v = 0; v < w->vert_count; v++) {
+        memcpy(w->quadrics + v * w->quadric_floats, quadrics + (size_t)w->verts[v].origin * floats,
+               floats * sizeof *quadrics);
+        tli_work_round_values(w, (tl_lidx)v, w->values + v * w->components);
+    }
+}
+
+void tli_work_share_quadrics(tli_work *w, const float *shares)
+{
+    size_t floats = tli_quadric_floats(w->components);
+    for (size_t v = 0; v < w->vert_count; v++)
+        for (size_t i = 0; i < floats; i++)
+            w->quadrics[v * w->quadric_floats + i] *= shares[w->verts[v].origin];
 }

@@ -15,7 +15,16 @@ static const double SHARP_ANGLE = 0.7;
 typedef struct face_job {
     tli_work *work;
     const tl_lidx *opposite;
+    const uint8_t *cut; /* [input vertices] or NULL: vertices at which a piece was cut out */
 } face_job;
+
+/* A face that was inside before the piece was cut out, or one that can't change any more. */
+static bool is_cut(const tli_work *w, const uint8_t *cut, const tl_lidx *tet, unsigned face)
+{
+    for (int i = 0; cut && i < 3; i++)
+        if (!cut[w->verts[tet[tli_tet_faces[face][i]]].origin]) return false;
+    return cut != NULL;
+}
 
 /* Sets the face bits. */
 static tl_status mark_faces(void *arg, size_t begin, size_t end, unsigned worker)
@@ -28,15 +37,16 @@ static tl_status mark_faces(void *arg, size_t begin, size_t end, unsigned worker
             tl_lidx o = job->opposite[4 * t + f];
             bool boundary = o == TL_NONE;
             if (!boundary && (!w->regions || w->regions[t] == w->regions[o >> 2])) continue;
-            w->faces[t] |= (uint8_t)((1u << f) | (boundary ? 16u << f : 0u));
+            unsigned surface = is_cut(w, job->cut, w->tets[t], f) ? 0 : 1u << f;
+            w->faces[t] |= (uint8_t)(surface | (boundary ? 16u << f : 0u));
         }
     return TL_OK;
 }
 
 /* Lists the surface faces; an interface face comes from its lower region. */
-static tl_status list_faces(tli_work *w, const tl_lidx *opposite)
+static tl_status list_faces(tli_work *w, const tl_lidx *opposite, const uint8_t *cut)
 {
-    face_job job = {w, opposite};
+    face_job job = {w, opposite, cut};
     tl_status st = tli_parallel(w->ctx, w->tet_count, 32768, mark_faces, &job);
     size_t capacity = 0;
     for (size_t t = 0; !st && t < w->tet_count; t++)
@@ -168,7 +178,7 @@ static tl_status add_sharp(tli_work *w, uint64_t key, size_t *capacity)
 /* Counts at every vertex the curve edges (other than two surface faces), lists sharp edges, freezes
  * edges with other than two boundary faces. boundary [surface_count]: the face has one tet. */
 static tl_status classify_edges(tli_work *w, const edge_list *edges, const uint8_t *boundary,
-                                uint8_t *curve_degree)
+                                const uint8_t *cut, uint8_t *curve_degree)
 {
     tl_status st = TL_OK;
     size_t capacity = 0;
@@ -177,7 +187,8 @@ static tl_status classify_edges(tli_work *w, const edge_list *edges, const uint8
         for (end = i; end < edges->count && edges->keys[end] == edges->keys[i]; end++)
             boundary_faces += boundary[edges->faces[end]];
         tl_lidx a = (tl_lidx)(edges->keys[i] >> 32), b = (tl_lidx)edges->keys[i];
-        if (boundary_faces != 0 && boundary_faces != 2) {
+        bool whole = !cut || !cut[w->verts[a].origin] || !cut[w->verts[b].origin];
+        if (whole && boundary_faces != 0 && boundary_faces != 2) {
             freeze(w, a);
             freeze(w, b);
         }
@@ -266,7 +277,7 @@ static void classify_vertex(tli_work *w, tl_lidx v, const uint32_t *faces, size_
 }
 
 /* Faces by vertex, then each vertex on its own. */
-static tl_status classify_vertices(tli_work *w, const uint8_t *boundary,
+static tl_status classify_vertices(tli_work *w, const uint8_t *boundary, const uint8_t *cut,
                                    const uint8_t *curve_degree)
 {
     tl_status st = TL_OK;
@@ -279,8 +290,9 @@ static tl_status classify_vertices(tli_work *w, const uint8_t *boundary,
         for (size_t s = 0; s < w->surface_count; s++)
             for (int i = 0; i < 3; i++) faces[offsets[w->surface[s][i] + 1]++] = (uint32_t)s;
         for (size_t v = 0; v < w->vert_count; v++)
-            classify_vertex(w, (tl_lidx)v, faces + offsets[v], offsets[v + 1] - offsets[v],
-                            boundary, curve_degree[v]);
+            if (!cut || !cut[w->verts[v].origin])
+                classify_vertex(w, (tl_lidx)v, faces + offsets[v], offsets[v + 1] - offsets[v],
+                                boundary, curve_degree[v]);
     }
     tl_mem_free(w->ctx, faces);
     tl_mem_free(w->ctx, offsets);
@@ -301,18 +313,19 @@ static void mark_boundary(const tli_work *w, const tl_lidx *opposite, uint8_t *b
 }
 
 tl_status tli_work_find_surfaces(tli_work *w, const tl_lidx *opposite, size_t nonmanifold_faces,
-                                 const uint8_t *locked)
+                                 const uint8_t *locked, bool is_piece)
 {
+    const uint8_t *cut = is_piece ? locked : NULL;
     edge_list edges = {0};
     tl_status st = freeze_bad_tets(w, opposite);
-    if (!st) st = list_faces(w, opposite);
+    if (!st) st = list_faces(w, opposite, cut);
     uint8_t *boundary = tl_mem_alloc(w->ctx, w->surface_count, sizeof *boundary, &st);
     uint8_t *curve_degree = tl_mem_zalloc(w->ctx, w->vert_count, sizeof *curve_degree, &st);
     if (!st) mark_boundary(w, opposite, boundary);
     if (!st && nonmanifold_faces) st = freeze_doubled_faces(w);
     if (!st) st = list_edges(w, &edges);
-    if (!st) st = classify_edges(w, &edges, boundary, curve_degree);
-    if (!st) st = classify_vertices(w, boundary, curve_degree);
+    if (!st) st = classify_edges(w, &edges, boundary, cut, curve_degree);
+    if (!st) st = classify_vertices(w, boundary, cut, curve_degree);
     for (size_t v = 0; !st && locked && v < w->vert_count; v++)
         if (locked[w->verts[v].origin] && w->verts[v].kind < TLI_CORNER)
             w->verts[v].kind = TLI_CORNER;

@@ -21,6 +21,7 @@ typedef struct copy_job {
     const tl_lidx *rank;
     const tl_simplify_opts *opts;
     const double *channel_scales;
+    const tli_piece *piece;
 } copy_job;
 
 static tl_status copy_vertices(void *arg, size_t begin, size_t end, unsigned worker)
@@ -34,6 +35,9 @@ static tl_status copy_vertices(void *arg, size_t begin, size_t end, unsigned wor
         double *to = w->values + v * w->components;
         memcpy(w->verts[v].xyz, xyz + 3 * o, sizeof w->verts[v].xyz);
         w->verts[v].merged = (tl_lidx)v;
+        w->verts[v].step = job->piece && job->piece->steps ? job->piece->steps[o] : TLI_STEP_ANY;
+        if (job->piece && job->piece->surface_bounds)
+            w->verts[v].surface_bound = job->piece->surface_bounds[o];
         for (size_t i = 0; i < job->opts->channel_count; i++) {
             const tl_channel *c = tl_mesh_channel_by_name(job->mesh, job->opts->channels[i].name);
             for (uint32_t j = 0; j < c->components; j++)
@@ -184,10 +188,11 @@ static void alloc_arrays(tli_work *w, bool with_regions, bool with_origins, tl_s
 }
 
 static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *opts,
-                      const double *channel_scales, size_t thin_target)
+                      const double *channel_scales, size_t thin_target, const tli_piece *piece)
 {
     tl_status st = TL_OK;
     uint8_t *inner = NULL;
+    bool known = piece && piece->quadrics;
     tl_lidx *rank = tl_mem_alloc(w->ctx, w->vert_count, sizeof *rank, &st), *opposite = NULL;
     size_t nonmanifold = 0;
     tl_lidx *order = tl_mem_alloc(w->ctx, w->vert_count, sizeof *order, &st);
@@ -197,16 +202,20 @@ static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *
         rank[order[v]] = (tl_lidx)v;
     }
     tl_mem_free(w->ctx, order);
-    copy_job job = {w, mesh, rank, opts, channel_scales};
+    copy_job job = {w, mesh, rank, opts, channel_scales, piece};
     if (!st) st = tli_parallel(w->ctx, w->vert_count, 16384, copy_vertices, &job);
     if (!st) st = copy_tets(w, mesh, rank);
     tl_mem_free(w->ctx, rank);
     if (!st) st = set_stars(w);
     for (size_t v = 0; !st && v < w->vert_count; v++) w->verts_live += w->verts[v].star.count > 0;
     if (!st) set_size(w, opts);
+    if (piece) w->scale = piece->scale;
     w->quadrics = tl_mem_alloc(w->ctx, w->vert_count * w->quadric_floats, sizeof *w->quadrics, &st);
     if (thin_target != SIZE_MAX) inner = tl_mem_alloc(w->ctx, w->vert_count, 1, &st);
-    if (!st) st = tli_work_set_quadrics(w, inner);
+    if (!st && known)
+        tli_work_take_quadrics(w, piece->quadrics);
+    else if (!st)
+        st = tli_work_set_quadrics(w, inner);
     for (size_t v = 0; !st && inner && opts->locked && v < w->vert_count; v++)
         if (opts->locked[w->verts[v].origin]) inner[v] = 0;
     if (!st && inner) st = tli_work_thin(w, inner, thin_target);
@@ -214,14 +223,22 @@ static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *
     if (!st)
         st = tl_tets_adjacency(w->ctx, w->tets[0], w->tet_count, w->vert_count, &opposite,
                                &nonmanifold);
-    if (!st) st = tli_work_find_surfaces(w, opposite, nonmanifold, opts->locked);
+    if (!st) st = tli_work_find_surfaces(w, opposite, nonmanifold, opts->locked, piece != NULL);
     tl_mem_free(w->ctx, opposite);
-    if (!st) tli_work_add_surface_quadrics(w);
+    if (!st) tli_work_add_surface_quadrics(w, known);
+    if (!st && piece && piece->shares) tli_work_share_quadrics(w, piece->shares);
     return st;
 }
 
 tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
                           const double *channel_scales, size_t thin_target, tli_work **work)
+{
+    return tli_work_create_piece(ctx, mesh, opts, channel_scales, thin_target, NULL, work);
+}
+
+tl_status tli_work_create_piece(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
+                                const double *channel_scales, size_t thin_target,
+                                const tli_piece *piece, tli_work **work)
 {
     tl_status st = TL_OK;
     tli_work *w = tl_mem_zalloc(ctx, 1, sizeof *w, &st);
@@ -246,7 +263,7 @@ tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_op
     w->listener = opts->listener;
     w->listener_user = opts->listener_user;
     alloc_arrays(w, tl_mesh_regions(mesh) != NULL, tli_has_tet_channels(mesh), &st);
-    if (!st) st = fill(w, mesh, opts, channel_scales, thin_target);
+    if (!st) st = fill(w, mesh, opts, channel_scales, thin_target, piece);
     if (st) {
         tli_work_destroy(w);
         return tl_note(ctx, st, "while preparing %zu tets for simplification",

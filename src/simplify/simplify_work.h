@@ -7,6 +7,7 @@
 
 #include "base/base.h"
 #include "mesh/mesh.h"
+#include "simplify/simplify_piece.h"
 #include "tetralod/simplify.h"
 
 /* Tets of two stars together past which an edge is not collapsed: scratch space is bounded by it.
@@ -79,6 +80,7 @@ typedef struct tli_vertex {
     float surface_bound; /* distance between the faces at this vertex and the input's, mesh units */
     uint8_t kind;        /* tli_class */
     uint8_t border;      /* in its block, with a neighbour outside */
+    int16_t step;        /* of its place: simplify_piece.h */
 } tli_vertex;
 
 typedef struct tli_work {
@@ -141,6 +143,10 @@ typedef struct tli_hood tli_hood;
  */
 tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
                           const double *channel_scales, size_t thin_target, tli_work **work);
+/* The same for a piece of a larger mesh (NULL: none). */
+tl_status tli_work_create_piece(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
+                                const double *channel_scales, size_t thin_target,
+                                const tli_piece *piece, tli_work **work);
 void tli_work_destroy(tli_work *work);
 /* Frees all but the vertices, and their stars with it. */
 void tli_work_drop_tets(tli_work *work);
@@ -153,15 +159,20 @@ size_t tli_work_list_live(const tli_work *work, tl_lidx *verts);
 double tli_work_surface_bound(const tli_work *work);
 
 /* simplify_surface.c: marks surface faces, classes and frozen vertices. opposite as in
- * tl_tets_adjacency. */
+ * tl_tets_adjacency. is_piece: faces between locked vertices are where it was cut out. */
 tl_status tli_work_find_surfaces(tli_work *work, const tl_lidx *opposite, size_t nonmanifold_faces,
-                                 const uint8_t *locked);
+                                 const uint8_t *locked, bool is_piece);
 
 /* simplify_quadric.c: the quadrics of the field at all vertices. inner [vert_count], or NULL, tells
  * of which ones it is sure that they lie on no surface and that all their tets are solid. */
 tl_status tli_work_set_quadrics(tli_work *work, uint8_t *inner);
-/* Adds those of surfaces and sharp edges, whose lists are released. */
-void tli_work_add_surface_quadrics(tli_work *work);
+/* Takes given ones instead: quadrics [input vertices][tli_quadric_floats]. */
+void tli_work_take_quadrics(tli_work *work, const float *quadrics);
+/* Multiplies them: shares [input vertices]. */
+void tli_work_share_quadrics(tli_work *work, const float *shares);
+/* Adds those of surfaces and sharp edges, unless they are known to be in already; releases the
+ * lists of both. */
+void tli_work_add_surface_quadrics(tli_work *work, bool known);
 
 /* simplify_thin.c: takes inner vertices away whose loss costs little, before surfaces are known;
  * not below target tets. */
