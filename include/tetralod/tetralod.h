@@ -8,6 +8,7 @@
 #include "tetralod/formats.h"
 #include "tetralod/measure.h"
 #include "tetralod/mesh.h"
+#include "tetralod/model.h"
 #include "tetralod/segment.h"
 #include "tetralod/simplify.h"
 #include "tetralod/store.h"

@@ -58,6 +58,14 @@ typedef enum cli_id {
     CLI_CELL_TO_POINT,
     CLI_FILL_VALUE,
     CLI_KEEP_FILL,
+    CLI_CHANNEL_ERROR,
+    CLI_POSITION_ERROR,
+    CLI_LOSSLESS,
+    CLI_RAW_LAYOUT,
+    CLI_SEGMENT_TETS,
+    CLI_PATCH_TETS,
+    CLI_REDUCTION,
+    CLI_TMP,
     CLI_REGION,
     CLI_FAST,
     CLI_STEP,
@@ -146,6 +154,7 @@ extern const cli_verb cli_verb_sample;
 extern const cli_verb cli_verb_info;
 extern const cli_verb cli_verb_convert;
 extern const cli_verb cli_verb_simplify;
+extern const cli_verb cli_verb_build;
 extern const cli_verb cli_verb_compare;
 extern const cli_verb cli_verb_extract;
 extern const cli_verb cli_verb_check;

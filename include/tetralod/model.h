@@ -1,0 +1,75 @@
+/* tetralod, stage model: from a data set to one multi-resolution file. Segments that are simplified
+ * on their own, level upon level (Sondershaus 2007, chapter 6; Ponchio & Hormann 2008). */
+#ifndef TETRALOD_MODEL_H
+#define TETRALOD_MODEL_H
+
+#include "tetralod/formats.h"
+#include "tetralod/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A bound on what the codec may add to the error of a channel. */
+typedef struct tl_build_channel {
+    const char *name;
+    double error; /* fraction of the channel's range if relative, else in its unit; >= 0 */
+    bool relative;
+    bool lossless; /* values stay as they are at the finest level */
+} tl_build_channel;
+
+/* What a model is made like. */
+typedef struct tl_build_opts {
+    size_t struct_bytes;
+    const char *const *channels; /* [channel_count] names of those that are taken, borrowed;
+                                    NULL: all */
+    size_t channel_count;
+    const tl_build_channel *errors; /* [error_count], borrowed: for single channels */
+    size_t error_count;
+    double channel_error;  /* of all others, fraction of the range; default 1e-4 */
+    double position_error; /* largest move of a vertex by the lattice, fraction of the diagonal;
+                              default 1e-5 */
+    double boundary_error; /* largest distance of the boundary from the original one that any level
+                              may reach, fraction of the diagonal; default 0.05 */
+    bool lossless;         /* default false: places and values stay as they are */
+    bool raw;              /* default false: no entropy coding, for comparison */
+    uint32_t segment_tets; /* default 0: the best by measurement, docs/notes */
+    uint32_t patch_tets;   /* default 0: likewise */
+    double reduction;      /* part of the tets that a level leaves, 0.25 to 0.75; default 0.5 */
+    const char *folder;    /* for work files, borrowed; default NULL: /tmp */
+} tl_build_opts;
+TL_API tl_build_opts tl_build_opts_defaults(void);
+
+/* A level of the model. */
+typedef struct tl_build_level {
+    uint64_t tets, vertices; /* a vertex that patches share counts once for each */
+    uint64_t segments, patches;
+    double boundary_error; /* mesh units */
+} tl_build_level;
+
+typedef struct tl_build_result {
+    uint64_t tets_in, tets_stored;
+    uint64_t segments, patches;
+    uint64_t bytes; /* of the file */
+    double seconds;
+    size_t peak_bytes;      /* of the context */
+    tl_build_level *levels; /* [level_count], finest first, gives: tl_build_release */
+    size_t level_count;
+} tl_build_result;
+
+/* Builds the model of the data set in a file. read and opts may be NULL (defaults). The file at
+ * path appears only when it is complete. The bytes do not depend on the number of threads. As
+ * tl_mesh_read, and TL_ERR_ARG for options out of range, TL_ERR_DATA for a data set without tets or
+ * a channel that is not there, TL_ERR_UNSUPPORTED for more than 255 vertices at one place. */
+TL_API tl_status tl_model_build(tl_ctx *ctx, const char *input, const tl_read_opts *read,
+                                const char *path, const tl_build_opts *opts,
+                                tl_build_result *result);
+/* The same of a mesh in memory, borrowed during the call. */
+TL_API tl_status tl_model_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
+                                     const tl_build_opts *opts, tl_build_result *result);
+TL_API void tl_build_release(tl_ctx *ctx, tl_build_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,335 @@
+/* Stage model, internal: what a model is while it is being built. All bookkeeping is per patch and
+ * segment; the meshes themselves and the carried originals lie in work files. */
+#ifndef TETRALOD_SRC_MODEL_H
+#define TETRALOD_SRC_MODEL_H
+
+#include <string.h>
+
+#include "base/base.h"
+#include "mesh/mesh.h"
+#include "model/model_depot.h"
+#include "simplify/simplify_piece.h"
+#include "tetralod/model.h"
+#include "tetralod/store.h"
+
+enum { TLI_BINS = TL_BINS };
+
+/* A channel of the model. */
+typedef struct tli_field {
+    const char *name, *unit;
+    uint32_t components;
+    tl_on on;
+    tl_scalar scalar;
+    size_t first;       /* its first component among those of all channels on the same elements */
+    double range[2];    /* of the values, or of their norms */
+    double width;       /* what errors are fractions of */
+    double bound;       /* that the codec keeps, in the channel's unit */
+    double scale;       /* values to cost units */
+    tl_value_code code; /* how values are stored */
+    uint64_t nonfinite_count;
+    double leaf_error; /* of the finest mesh as it is decoded, at the original vertices */
+} tli_field;
+
+/* What all patches and segments of a model have in common. */
+typedef struct tli_plan {
+    tl_ctx *ctx;
+    tl_build_opts opts;
+    tli_field *fields; /* [field_count] */
+    size_t field_count;
+    size_t vert_comps, tet_comps; /* of all channels on vertices, on tets */
+    size_t quadric_floats;
+    bool has_regions;
+    double bounds[6], diagonal;
+    tl_lattice lattice;
+    double position_error; /* largest move of a vertex, mesh units */
+    double boundary_error;
+    tl_simplify_channel *steering; /* [field_count] of those on vertices, for the pieces */
+    double *steering_scales;
+    size_t steering_count;
+} tli_plan;
+
+/* A record of a carried original vertex or centroid: doubles x y z, [volume,] values ..., and the
+ * tet of its patch that holds it in the last one's bits. */
+enum { TLI_POINTS = 0, TLI_CELLS = 1, TLI_KINDS = 2 };
+static inline size_t tli_record_doubles(const tli_plan *plan, int kind)
+{
+    return kind == TLI_POINTS ? 4 + plan->vert_comps : 5 + plan->tet_comps;
+}
+
+/* The mesh of a patch while it is being built; arrays are parts of one block. */
+typedef struct tli_bundle {
+    uint32_t vert_count, tet_count;
+    uint64_t *ids;      /* [vert_count] equal in all patches of a level that hold the vertex */
+    double *xyz;        /* [vert_count][3], as decoded */
+    double *values;     /* [vert_count][vert_comps], as decoded */
+    double *tet_values; /* [tet_count][tet_comps], as decoded */
+    float *quadrics;    /* [vert_count][quadric_floats]; those of all patches add up. Or NULL */
+    tl_lidx *tets;      /* [tet_count][4] */
+    int32_t *regions;   /* [tet_count] or NULL */
+    float *surface;     /* [vert_count] distance from the original surfaces */
+    int16_t *steps;     /* [vert_count] */
+    uint8_t *shared;    /* [vert_count] other patches hold it, too */
+    uint8_t *twins;     /* [vert_count] not 0: others lie at the same place, and it never moves */
+    void *block;
+    size_t bytes;
+} tli_bundle;
+/* with_quadrics: not at the finest level, whose segments make them. */
+tl_status tli_bundle_create(tl_ctx *ctx, const tli_plan *plan, uint32_t vert_count,
+                            uint32_t tet_count, bool with_quadrics, tli_bundle *bundle);
+void tli_bundle_release(tl_ctx *ctx, tli_bundle *bundle);
+
+/* Carried records of a patch: where some of them lie in the work file. */
+typedef struct tli_extent {
+    uint64_t ofs, count;
+} tli_extent;
+typedef struct tli_extents {
+    tli_extent *items;
+    size_t count, capacity;
+} tli_extents;
+
+/* What is kept of a patch. */
+typedef struct tli_patch_note {
+    uint32_t level, producer, consumer; /* segments or TL_NONE */
+    uint32_t vert_count, tet_count;
+    uint64_t ofs; /* of its bundle */
+    double box[6];
+    uint64_t carried;
+    double *squares; /* [field_count] sums of squared errors at the carried originals */
+    double *ranges;  /* [field_count][2] */
+    tli_extents extents[TLI_KINDS];
+} tli_patch_note;
+
+/* Errors of a segment's result against the originals. */
+typedef struct tli_errors {
+    double *max;  /* [field_count] */
+    float *field; /* [field_count][TLI_BINS] */
+    float *space; /* [field_count][TLI_BINS] */
+    double surface;
+} tli_errors;
+
+typedef struct tli_segment_note {
+    uint32_t level;
+    uint32_t *inputs, *outputs; /* patches */
+    uint32_t input_count, output_count;
+    uint64_t input_tets, output_tets;
+    double box[6];
+    tli_errors errors;
+} tli_segment_note;
+
+/* A shared vertex of a patch. */
+typedef struct tli_shared {
+    uint64_t *ids;
+    uint32_t *patches;
+    size_t count, capacity;
+} tli_shared;
+
+typedef struct tli_model {
+    tl_ctx *ctx;
+    const tli_plan *plan;
+    tli_depot *meshes;     /* bundles of all levels */
+    tli_depot *carried[2]; /* records: of this level and the next */
+    tli_patch_note *patches;
+    size_t patch_count, patch_capacity;
+    tli_segment_note *segments;
+    size_t segment_count, segment_capacity;
+    uint32_t level_count;
+    uint64_t point_count, cell_count; /* originals of finite place */
+} tli_model;
+
+/* ---- model_object.c ---- */
+tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_model **model);
+void tli_model_destroy(tli_model *model);
+/* Adds count patches (segments) with their arrays, zeroed; the numbers start at *first. */
+tl_status tli_model_add_patches(tli_model *model, size_t count, size_t *first);
+tl_status tli_model_add_segments(tli_model *model, size_t count, size_t *first);
+tl_status tli_extents_add(tl_ctx *ctx, tli_extents *extents, uint64_t ofs, uint64_t count);
+tl_status tli_shared_add(tl_ctx *ctx, tli_shared *shared, uint64_t id, uint32_t patch);
+void tli_shared_release(tl_ctx *ctx, tli_shared *shared);
+tl_status tli_errors_create(tl_ctx *ctx, const tli_plan *plan, tli_errors *errors);
+void tli_errors_release(tl_ctx *ctx, tli_errors *errors);
+
+/* ---- model_split.c ---- */
+/* Cuts the tets [tet_count] into parts of about part_tets by planes through their centroids:
+ * part [tet_count] receives numbers 0 .. *part_count - 1. */
+tl_status tli_split(tl_ctx *ctx, const double *xyz, const tl_lidx *tets, size_t tet_count,
+                    size_t part_tets, uint32_t *part, size_t *part_count);
+
+/* ---- model_group.c ---- */
+/* Vertices of several segments, ascending, and of how many. */
+typedef struct tli_locked {
+    uint64_t *ids;
+    uint8_t *segments;
+    size_t count;
+} tli_locked;
+void tli_locked_release(tl_ctx *ctx, tli_locked *locked);
+/* Groups the patches [first, end) of a level into segments of about segment_tets; gives
+ * group_of [end - first], numbers along a Hilbert curve, and the vertices that lie in several of
+ * them. */
+tl_status tli_group(tli_model *model, size_t first, size_t end, tli_shared *shared,
+                    uint32_t *group_of, size_t *group_count, tli_locked *locked);
+
+/* ---- model_segment.c ---- */
+/* What a level's segments share. */
+typedef struct tli_level {
+    tli_model *model;
+    uint32_t level;
+    tli_locked locked;
+    double cost_max;
+    double ratio; /* of tets that are to be left, where no cost rules */
+} tli_level;
+
+/* The result of a segment, to be noted in the order of segments. */
+typedef struct tli_product {
+    tli_patch_note *patches; /* [patch_count]; producer is not set */
+    size_t patch_count;
+    tli_shared shared; /* patches count from 0 */
+    tli_errors errors;
+    double box[6];
+    uint64_t input_tets, output_tets;
+} tli_product;
+
+/* The mesh of a segment: its patches welded. */
+typedef struct tli_weld {
+    tl_mesh *mesh;
+    uint64_t *ids;
+    int16_t *steps;
+    float *quadrics, *surface;
+    uint8_t *locked; /* other segments hold it, too, or others lie at its place */
+    uint8_t *twins;
+    float *shares;      /* 1 / segments that hold it; at the finest level alone */
+    uint32_t *tet_base; /* [input_count] first tet of each patch */
+} tli_weld;
+tl_status tli_weld_create(tl_ctx *ctx, const tli_level *level, const tli_segment_note *segment,
+                          tli_weld *weld);
+void tli_weld_release(tl_ctx *ctx, tli_weld *weld);
+
+/* What is simplified to see how the costs of a level lie. */
+tl_status tli_segment_probe(tl_ctx *ctx, const tli_level *level, const tli_segment_note *segment,
+                            double costs[TLI_CURVE_POINTS], size_t *tets);
+tl_status tli_segment_process(tl_ctx *ctx, const tli_level *level, const tli_segment_note *segment,
+                              tli_product *product);
+void tli_product_release(tl_ctx *ctx, tli_product *product);
+
+/* Writes the parts of a mesh as patches. values of mesh as decoded. ids, steps, quadrics, surface,
+ * shared [vert_count]; shared gains what several parts hold. */
+typedef struct tli_cut {
+    const tl_mesh *mesh;
+    const uint64_t *ids;
+    const int16_t *steps;
+    const float *quadrics, *surface;
+    const uint8_t *twins;
+    const uint8_t *outside; /* other segments hold it, too; NULL: none */
+    const uint32_t *part;   /* [tet_count] */
+    size_t part_count;
+    tl_lidx *tet_local; /* [tet_count] receives the tet's number in its part */
+} tli_cut;
+tl_status tli_cut_write(tl_ctx *ctx, tli_model *model, const tli_cut *cut, tli_patch_note *notes,
+                        tli_shared *shared);
+
+/* ---- model_carry.c: the originals of a segment ---- */
+typedef struct tli_carrier {
+    tl_ctx *ctx;
+    const tli_plan *plan;
+    tl_mesh *mesh; /* the new one */
+    const tl_lidx *opposite;
+    tl_locator *locator; /* made when it is needed */
+    tli_errors *errors;
+} tli_carrier;
+/* The tet that holds x, or the nearest one; weights of the nearest point; distance to it. */
+tl_status tli_carrier_locate(tli_carrier *carrier, const double x[3], tl_lidx hint, tl_lidx *tet,
+                             double weights[4], double *distance);
+/* The same in a tet that is known. */
+void tli_carrier_weigh(const tli_carrier *carrier, const double x[3], tl_lidx tet,
+                       double weights[4], double *distance);
+/* Adds the errors of a record at its place; squares [field_count] gain. */
+void tli_carrier_measure(tli_carrier *carrier, int kind, const double *record, tl_lidx tet,
+                         const double weights[4], double distance, double *squares);
+
+/* ---- model_fit.c: least squares over samples that are seen once ---- */
+typedef struct tli_fit tli_fit;
+tl_status tli_fit_create(tl_ctx *ctx, const tl_mesh *mesh, size_t components, tli_fit **fit);
+void tli_fit_destroy(tli_fit *fit);
+/* values [components] at the point with those weights in a tet; current ones from mesh_values
+ * [vert_count][components]. */
+void tli_fit_add(tli_fit *fit, tl_lidx tet, const double weights[4], const double *values,
+                 const double *mesh_values);
+/* Changes mesh_values but where fixed. */
+void tli_fit_solve(tli_fit *fit, const uint8_t *fixed, double *mesh_values);
+
+/* ---- model_write.c ---- */
+/* What a file says of the input beside what the plan holds. */
+typedef struct tli_input {
+    tl_mesh_stats stats;
+    double time;
+    uint64_t tets, verts;
+} tli_input;
+/* Writes the file; *bytes receives its size. */
+tl_status tli_model_write(const tli_model *model, const char *path, const tli_input *input,
+                          uint64_t *bytes);
+
+/* ---- model_build.c ---- */
+void tli_model_saturate(tli_model *model);
+
+/* ---- model_level.c ---- */
+/* Makes all levels above those patches of level 0 that are in the model. */
+tl_status tli_model_grow(tli_model *model, tli_shared *shared);
+
+/* ---- model_finest.c ---- */
+/* Level 0 of a mesh in memory; channels [field_count] are those of mesh. Sets the plan's lattice
+ * and the leaf errors. */
+tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_mesh *mesh,
+                          const size_t *channels, tli_shared *shared);
+
+/* ---- model_lattice.c ---- */
+/* Places [vert_count][3] of the finest level and their steps; sets the plan's lattice. */
+tl_status tli_lattice_snap(tli_plan *plan, const tl_mesh *mesh, double *xyz, int16_t *steps);
+
+/* ---- model_plan.c ---- */
+/* Gives channels [plan->field_count]: which of the mesh's each field is. */
+tl_status tli_plan_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opts,
+                          tli_plan *plan, size_t **channels);
+void tli_plan_release(tli_plan *plan);
+/* A value as it will be decoded. */
+double tli_field_round(const tli_field *field, double value);
+/* The bin of a value, or of a norm. */
+static inline unsigned tli_field_bin(const tli_field *field, double value)
+{
+    double width = field->range[1] - field->range[0];
+    double at = width > 0 ? (value - field->range[0]) / width * TLI_BINS : 0;
+    return at >= TLI_BINS - 1 ? TLI_BINS - 1 : at > 0 ? (unsigned)at : 0;
+}
+
+/* ---- model_records.c: streams of records ---- */
+/* Called for each record of a patch in order; number counts them over all inputs of a segment. */
+typedef tl_status (*tli_record_fn)(void *user, uint32_t input, size_t number, const double *record);
+/* Reads the records of one kind of all inputs, in windows. */
+tl_status tli_records_read(tl_ctx *ctx, const tli_model *model, tli_depot *from,
+                           const tli_segment_note *segment, int kind, tli_record_fn fn, void *user);
+static inline tl_lidx tli_record_tet(const double *record, size_t doubles)
+{
+    uint64_t bits;
+    memcpy(&bits, record + doubles - 1, sizeof bits);
+    return (tl_lidx)bits;
+}
+static inline void tli_record_set_tet(double *record, size_t doubles, tl_lidx tet)
+{
+    uint64_t bits = tet;
+    memcpy(record + doubles - 1, &bits, sizeof bits);
+}
+/* Deals records to patches, through a buffer each. */
+typedef struct tli_dealer {
+    tl_ctx *ctx;
+    tli_depot *to;
+    tli_patch_note *notes; /* [count] */
+    size_t count, doubles;
+    int kind;
+    double *rooms;  /* [count][DEALER_RECORDS][doubles] */
+    size_t *filled; /* [count] */
+} tli_dealer;
+tl_status tli_dealer_open(tl_ctx *ctx, const tli_model *model, tli_depot *to, tli_patch_note *notes,
+                          size_t count, int kind, tli_dealer *dealer);
+tl_status tli_dealer_add(tli_dealer *dealer, size_t patch, const double *record, tl_lidx tet);
+/* Writes what is left if status is fine; releases all. Returns the first failure. */
+tl_status tli_dealer_close(tli_dealer *dealer, tl_status status);
+
+#endif

@@ -1,0 +1,192 @@
+/* Which patches make up a segment: parts of a graph whose nodes are patches and whose edges count
+ * the vertices that two of them share. Old borders should come to lie inside of new segments, so
+ * that what was locked may move: vertices shared by patches of different producers weigh more. */
+#include <math.h>
+#include <string.h>
+
+#include "base/base_sort.h"
+#include "model/model.h"
+#include "segment/segment_octree.h"
+
+/* Weight of a vertex between patches of different producers, and of the same one. */
+enum { ACROSS = 4, ALONG = 1 };
+/* Patches of one vertex past which it adds no edges: it would add their square. */
+enum { FAN_MAX = 32 };
+
+/* Edges as patch << 32 | patch, both ways, with weights. */
+typedef struct edge_list {
+    uint64_t *keys;
+    uint32_t *weights;
+    size_t count, capacity;
+} edge_list;
+
+static tl_status add_edge(tl_ctx *ctx, edge_list *e, uint32_t a, uint32_t b, uint32_t weight)
+{
+    tl_status st = TL_OK;
+    if (e->count + 2 > e->capacity) {
+        size_t capacity = e->capacity ? 2 * e->capacity : 4096;
+        e->keys = tl_mem_resize(ctx, e->keys, capacity, sizeof *e->keys, &st);
+        e->weights = tl_mem_resize(ctx, e->weights, capacity, sizeof *e->weights, &st);
+        if (st) return st;
+        e->capacity = capacity;
+    }
+    e->keys[e->count] = (uint64_t)a << 32 | b;
+    e->weights[e->count++] = weight;
+    e->keys[e->count] = (uint64_t)b << 32 | a;
+    e->weights[e->count++] = weight;
+    return TL_OK;
+}
+
+/* Adds up equal edges. */
+static tl_status merge(tl_ctx *ctx, edge_list *e)
+{
+    tl_status st = tli_sort_u64(ctx, e->keys, e->weights, e->count);
+    size_t n = 0;
+    for (size_t i = 0; !st && i < e->count; i++)
+        if (n && e->keys[n - 1] == e->keys[i])
+            e->weights[n - 1] += e->weights[i];
+        else {
+            e->keys[n] = e->keys[i];
+            e->weights[n++] = e->weights[i];
+        }
+    if (!st) e->count = n;
+    return st;
+}
+
+static tl_status list_edges(const tli_model *m, size_t first, const tli_shared *s, edge_list *e)
+{
+    enum { MERGE_FIRST = 1 << 20 };
+    tl_status st = TL_OK;
+    size_t merge_at = MERGE_FIRST;
+    for (size_t i = 0, end; !st && i < s->count; i = end) {
+        for (end = i + 1; end < s->count && s->ids[end] == s->ids[i]; end++) {
+        }
+        if (end - i > FAN_MAX) continue;
+        for (size_t a = i; !st && a < end; a++)
+            for (size_t b = i; !st && b < a; b++) {
+                uint32_t p = s->patches[a], q = s->patches[b];
+                bool along = m->patches[p].producer == m->patches[q].producer;
+                st = add_edge(m->ctx, e, p - (uint32_t)first, q - (uint32_t)first,
+                              along ? ALONG : ACROSS);
+            }
+        if (st || e->count < merge_at) continue;
+        st = merge(m->ctx, e);
+        if (e->count > merge_at / 2) merge_at *= 2;
+    }
+    return st ? st : merge(m->ctx, e);
+}
+
+/* Numbers the groups along a Hilbert curve through their patches' centres. */
+static tl_status number_groups(const tli_model *m, size_t first, size_t count, uint32_t *group_of,
+                               size_t *group_count)
+{
+    tl_status st = TL_OK;
+    size_t n = *group_count, used = 0;
+    double *centres = tl_mem_zalloc(m->ctx, n, 3 * sizeof *centres, &st);
+    double *tets = tl_mem_zalloc(m->ctx, n, sizeof *tets, &st);
+    uint32_t *order = tl_mem_alloc(m->ctx, n, sizeof *order, &st);
+    uint32_t *rank = tl_mem_alloc(m->ctx, n, sizeof *rank, &st);
+    for (size_t p = 0; !st && p < count; p++) {
+        const tli_patch_note *note = &m->patches[first + p];
+        size_t g = group_of[p];
+        tets[g] += note->tet_count;
+        for (int k = 0; k < 3; k++)
+            centres[3 * g + (size_t)k] +=
+                note->tet_count * (note->box[2 * k] / 2 + note->box[2 * k + 1] / 2);
+    }
+    for (size_t g = 0; !st && g < n; g++)
+        for (int k = 0; k < 3; k++)
+            centres[3 * g + (size_t)k] =
+                tets[g] > 0 ? centres[3 * g + (size_t)k] / tets[g] : (double)INFINITY;
+    if (!st) st = tli_sort_hilbert(m->ctx, centres, n, order);
+    for (size_t i = 0; !st && i < n; i++)
+        rank[order[i]] = tets[order[i]] > 0 ? (uint32_t)used++ : 0;
+    for (size_t p = 0; !st && p < count; p++) group_of[p] = rank[group_of[p]];
+    if (!st) *group_count = used;
+    tl_mem_free(m->ctx, rank);
+    tl_mem_free(m->ctx, order);
+    tl_mem_free(m->ctx, tets);
+    tl_mem_free(m->ctx, centres);
+    return st;
+}
+
+static tl_status group_graph(const tli_model *m, size_t first, size_t count, const edge_list *e,
+                             uint32_t *group_of, size_t *group_count)
+{
+    tl_status st = TL_OK;
+    uint64_t tets = 0;
+    uint32_t *offsets = tl_mem_zalloc(m->ctx, count + 1, sizeof *offsets, &st);
+    uint32_t *neighbours = tl_mem_alloc(m->ctx, e->count, sizeof *neighbours, &st);
+    uint32_t *sizes = tl_mem_alloc(m->ctx, count, sizeof *sizes, &st);
+    for (size_t i = 0; !st && i < e->count; i++) {
+        neighbours[i] = (uint32_t)e->keys[i];
+        offsets[(e->keys[i] >> 32) + 1]++;
+    }
+    for (size_t p = 0; !st && p < count; p++) {
+        offsets[p + 1] += offsets[p];
+        sizes[p] = m->patches[first + p].tet_count;
+        tets += sizes[p];
+    }
+    uint32_t segment_tets = m->plan->opts.segment_tets;
+    *group_count = (size_t)((tets + segment_tets / 2) / segment_tets);
+    if (*group_count < 1) *group_count = 1;
+    if (*group_count > count) *group_count = count;
+    tli_graph graph = {(uint32_t)count, offsets, neighbours, e->weights, sizes};
+    if (!st) st = tli_graph_partition(m->ctx, &graph, (uint32_t)*group_count, group_of);
+    if (!st) st = number_groups(m, first, count, group_of, group_count);
+    tl_mem_free(m->ctx, sizes);
+    tl_mem_free(m->ctx, neighbours);
+    tl_mem_free(m->ctx, offsets);
+    return st;
+}
+
+/* Of how many groups the patches are. */
+static uint8_t count_groups(const uint32_t *patches, size_t count, size_t first,
+                            const uint32_t *group_of)
+{
+    unsigned groups = 0;
+    for (size_t i = 0; i < count; i++) {
+        size_t j = 0;
+        while (j < i && group_of[patches[j] - first] != group_of[patches[i] - first]) j++;
+        groups += j == i;
+    }
+    return groups < UINT8_MAX ? (uint8_t)groups : UINT8_MAX;
+}
+
+static tl_status list_locked(const tli_model *m, size_t first, const tli_shared *s,
+                             const uint32_t *group_of, tli_locked *locked)
+{
+    tl_status st = TL_OK;
+    locked->ids = tl_mem_alloc(m->ctx, s->count / 2, sizeof *locked->ids, &st);
+    locked->segments = tl_mem_alloc(m->ctx, s->count / 2, sizeof *locked->segments, &st);
+    for (size_t i = 0, end; !st && i < s->count; i = end) {
+        for (end = i + 1; end < s->count && s->ids[end] == s->ids[i]; end++) {
+        }
+        uint8_t groups = count_groups(s->patches + i, end - i, first, group_of);
+        if (groups < 2) continue;
+        locked->ids[locked->count] = s->ids[i];
+        locked->segments[locked->count++] = groups;
+    }
+    return st;
+}
+
+tl_status tli_group(tli_model *m, size_t first, size_t end, tli_shared *shared, uint32_t *group_of,
+                    size_t *group_count, tli_locked *locked)
+{
+    edge_list edges = {0};
+    *locked = (tli_locked){0};
+    tl_status st = tli_sort_u64(m->ctx, shared->ids, shared->patches, shared->count);
+    if (!st) st = list_edges(m, first, shared, &edges);
+    if (!st) st = group_graph(m, first, end - first, &edges, group_of, group_count);
+    if (!st) st = list_locked(m, first, shared, group_of, locked);
+    tl_mem_free(m->ctx, edges.weights);
+    tl_mem_free(m->ctx, edges.keys);
+    return st;
+}
+
+void tli_locked_release(tl_ctx *ctx, tli_locked *locked)
+{
+    tl_mem_free(ctx, locked->segments);
+    tl_mem_free(ctx, locked->ids);
+    *locked = (tli_locked){0};
+}

@@ -1,0 +1,214 @@
+/* From level to level: patches to segments, segments to patches, until the mesh is a patch or no
+ * smaller than before. All segments of a level stop at the same cost, so that the error is spread
+ * over the whole as if it were simplified at once; the cost that leaves the wanted number of tets
+ * is found on a sample of the segments. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "model/model.h"
+
+enum { SAMPLE = 8 };
+/* A level that leaves more than this part of the tets is not worth having. */
+static const double TOO_MUCH_LEFT = 0.95;
+
+/* ---- the cost of a level ---- */
+
+/* One sixty-fourth of a segment's tets and the cost at which it is gone. */
+typedef struct slice {
+    double cost, tets;
+} slice;
+
+static int by_cost(const void *a, const void *b)
+{
+    double x = ((const slice *)a)->cost, y = ((const slice *)b)->cost;
+    return (x > y) - (x < y);
+}
+
+typedef struct level_job {
+    tli_level *level;
+    const tli_segment_note *segments;
+    size_t count;
+    slice *slices; /* of the sample */
+    size_t sample;
+    tli_product *products; /* [count] */
+} level_job;
+
+static tl_status probe(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    level_job *j = arg;
+    tl_ctx *ctx = NULL;
+    tl_status st = tli_ctx_fork(j->level->model->ctx, &ctx);
+    (void)worker;
+    for (size_t i = begin; !st && i < end; i++) {
+        double costs[TLI_CURVE_POINTS];
+        size_t tets;
+        st = tli_segment_probe(ctx, j->level, &j->segments[i * j->count / j->sample], costs, &tets);
+        for (size_t p = 0; !st && p < TLI_CURVE_POINTS; p++)
+            j->slices[i * TLI_CURVE_POINTS + p] =
+                (slice){costs[p], (double)tets / TLI_CURVE_POINTS};
+    }
+    return tli_ctx_join(j->level->model->ctx, ctx, st);
+}
+
+/* INFINITY where one segment is all: it stops at the number itself. */
+static tl_status find_cost(level_job *j)
+{
+    tl_status st = TL_OK;
+    j->level->cost_max = (double)INFINITY;
+    if (j->count < 2) return TL_OK;
+    j->sample = j->count < SAMPLE ? j->count : SAMPLE;
+    size_t count = j->sample * TLI_CURVE_POINTS;
+    j->slices = tl_mem_alloc(j->level->model->ctx, count, sizeof *j->slices, &st);
+    if (!st) st = tli_parallel(j->level->model->ctx, j->sample, 1, probe, j);
+    if (!st) {
+        double all = 0, gone = 0;
+        qsort(j->slices, count, sizeof *j->slices, by_cost);
+        for (size_t i = 0; i < count; i++) all += j->slices[i].tets;
+        size_t i = 0;
+        while (i < count && gone < (1 - j->level->ratio) * all) gone += j->slices[i++].tets;
+        double cost = j->slices[i ? i - 1 : 0].cost;
+        j->level->cost_max = isfinite(cost) ? fmax(cost, (double)FLT_MIN) : (double)FLT_MAX;
+    }
+    tl_mem_free(j->level->model->ctx, j->slices);
+    j->slices = NULL;
+    return st;
+}
+
+/* ---- segments ---- */
+
+static tl_status process(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    level_job *j = arg;
+    tl_ctx *ctx = NULL;
+    tl_status st = tli_ctx_fork(j->level->model->ctx, &ctx);
+    (void)worker;
+    for (size_t i = begin; !st && i < end; i++)
+        st = tli_segment_process(ctx, j->level, &j->segments[i], &j->products[i]);
+    return tli_ctx_join(j->level->model->ctx, ctx, st);
+}
+
+/* The segments of a level with their input patches, which stay in the order they have. */
+static tl_status list_segments(tli_model *m, uint32_t level, size_t first, size_t end,
+                               const uint32_t *group_of, size_t count, size_t *first_segment)
+{
+    tl_status st = tli_model_add_segments(m, count, first_segment);
+    for (size_t p = first; !st && p < end; p++)
+        m->segments[*first_segment + group_of[p - first]].input_count++;
+    for (size_t s = 0; !st && s < count; s++) {
+        tli_segment_note *note = &m->segments[*first_segment + s];
+        note->level = level;
+        note->inputs = tl_mem_alloc(m->ctx, note->input_count, sizeof *note->inputs, &st);
+        note->input_count = 0;
+    }
+    for (size_t p = first; !st && p < end; p++) {
+        tli_segment_note *note = &m->segments[*first_segment + group_of[p - first]];
+        note->inputs[note->input_count++] = (uint32_t)p;
+    }
+    return st;
+}
+
+static void drop_segments(tli_model *m, size_t first)
+{
+    while (m->segment_count > first) {
+        tli_segment_note *note = &m->segments[--m->segment_count];
+        tl_mem_free(m->ctx, note->inputs);
+        *note = (tli_segment_note){0};
+    }
+}
+
+/* Takes over what a segment made. */
+static tl_status note_product(tli_model *m, size_t segment, tli_product *p, tli_shared *shared)
+{
+    size_t first;
+    tl_status st = tli_model_add_patches(m, p->patch_count, &first);
+    tli_segment_note *note = &m->segments[segment];
+    note->outputs = tl_mem_alloc(m->ctx, p->patch_count, sizeof *note->outputs, &st);
+    for (size_t i = 0; !st && i < p->shared.count; i++)
+        st = tli_shared_add(m->ctx, shared, p->shared.ids[i],
+                            p->shared.patches[i] + (uint32_t)first);
+    if (st) return st;
+    note->output_count = (uint32_t)p->patch_count;
+    note->input_tets = p->input_tets;
+    note->output_tets = p->output_tets;
+    memcpy(note->box, p->box, sizeof note->box);
+    note->errors = p->errors;
+    for (size_t i = 0; i < p->patch_count; i++) {
+        tli_patch_note *patch = &m->patches[first + i];
+        *patch = p->patches[i];
+        patch->level = note->level + 1;
+        patch->producer = (uint32_t)segment;
+        patch->consumer = TL_NONE;
+        note->outputs[i] = (uint32_t)(first + i);
+        for (int k = 0; k < 3; k++) {
+            note->box[2 * k] = fmin(note->box[2 * k], patch->box[2 * k]);
+            note->box[2 * k + 1] = fmax(note->box[2 * k + 1], patch->box[2 * k + 1]);
+        }
+    }
+    for (uint32_t i = 0; i < note->input_count; i++) {
+        tli_patch_note *patch = &m->patches[note->inputs[i]];
+        patch->consumer = (uint32_t)segment;
+        for (int k = 0; k < 3; k++) {
+            note->box[2 * k] = fmin(note->box[2 * k], patch->box[2 * k]);
+            note->box[2 * k + 1] = fmax(note->box[2 * k + 1], patch->box[2 * k + 1]);
+        }
+    }
+    p->errors = (tli_errors){0};
+    p->patch_count = 0; /* what hangs on the patches went along */
+    tli_product_release(m->ctx, p);
+    return TL_OK;
+}
+
+/* One level; *more tells whether it is worth having. Its patches begin at first. */
+static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, tli_shared *shared,
+                            bool *more)
+{
+    tl_status st = TL_OK;
+    size_t end = m->patch_count, groups = 0, first_segment = m->segment_count;
+    uint64_t tets_in = 0, tets_out = 0;
+    tli_level level = {.model = m, .level = level_number, .ratio = m->plan->opts.reduction};
+    level_job job = {.level = &level};
+    uint32_t *group_of = tl_mem_alloc(m->ctx, end - first, sizeof *group_of, &st);
+    if (!st) st = tli_group(m, first, end, shared, group_of, &groups, &level.locked);
+    tli_shared_release(m->ctx, shared);
+    if (!st) st = list_segments(m, level_number, first, end, group_of, groups, &first_segment);
+    job.segments = m->segments + first_segment;
+    job.count = groups;
+    job.products = tl_mem_zalloc(m->ctx, groups, sizeof *job.products, &st);
+    if (!st) st = find_cost(&job);
+    tli_depot_clear(m->carried[(level_number + 1) & 1]);
+    if (!st) st = tli_parallel(m->ctx, groups, 1, process, &job);
+    for (size_t s = 0; !st && s < groups; s++) {
+        tets_in += job.products[s].input_tets;
+        tets_out += job.products[s].output_tets;
+    }
+    *more = !st && (double)tets_out <= TOO_MUCH_LEFT * (double)tets_in;
+    for (size_t s = 0; *more && !st && s < groups; s++)
+        st = note_product(m, first_segment + s, &job.products[s], shared);
+    if (!*more) drop_segments(m, first_segment);
+    for (size_t s = 0; job.products && s < groups; s++)
+        tli_product_release(m->ctx, &job.products[s]);
+    tl_mem_free(m->ctx, job.products);
+    tli_locked_release(m->ctx, &level.locked);
+    tl_mem_free(m->ctx, group_of);
+    return st;
+}
+
+tl_status tli_model_grow(tli_model *m, tli_shared *shared)
+{
+    tl_status st = TL_OK;
+    size_t first = 0;
+    bool more = true;
+    m->level_count = 1;
+    while (!st && more) {
+        size_t end = m->patch_count;
+        uint64_t tets = 0;
+        for (size_t p = first; p < end; p++) tets += m->patches[p].tet_count;
+        if (end - first < 2 && tets <= m->plan->opts.patch_tets / 2) break;
+        st = grow_level(m, m->level_count - 1, first, shared, &more);
+        if (!st && more) m->level_count++;
+        first = end;
+    }
+    tli_shared_release(m->ctx, shared);
+    return st;
+}

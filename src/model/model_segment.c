@@ -1,0 +1,317 @@
+/* One segment: its patches are welded and simplified with what others share locked; values are
+ * fitted to the originals, rounded as they will be decoded and measured; the result is cut into
+ * patches of the next level, to which the originals go. */
+#include <math.h>
+#include <string.h>
+
+#include "model/model.h"
+
+/* Part of its tets that every segment keeps, whatever the costs say: a patch needs a face. */
+static const double LEAST_LEFT = 0.1;
+
+typedef struct job {
+    tl_ctx *ctx;
+    const tli_level *level;
+    const tli_plan *plan;
+    const tli_segment_note *segment;
+    tli_weld weld;
+    tli_piece_result piece;
+    tl_lidx *opposite;
+    tl_lidx *tets[TLI_KINDS]; /* of the new mesh that hold the records, by number */
+    double *mesh_values;      /* [vert_count][vert_comps] of the new mesh */
+    double *sums, *volumes;   /* [tet_count]: for the means of channels on tets */
+    tli_fit *fit;
+    uint32_t *part;
+    tl_lidx *tet_local;
+    tli_carrier carrier;
+    tli_dealer dealer;
+    tli_product *product;
+    int kind;
+} job;
+
+/* ---- simplification ---- */
+
+static tl_status simplify(job *j, double cost_max, size_t target)
+{
+    const tli_plan *plan = j->plan;
+    tl_simplify_opts opts = tl_simplify_opts_defaults();
+    opts.target_tets = target ? target : 1;
+    opts.boundary_error = plan->boundary_error;
+    opts.channels = plan->steering;
+    opts.channel_count = plan->steering_count;
+    opts.locked = j->weld.locked;
+    tli_piece piece = {.mesh = j->weld.mesh,
+                       .opts = &opts,
+                       .channel_scales = plan->steering_scales,
+                       .scale = plan->diagonal > 0 ? 1 / plan->diagonal : 1,
+                       .cost_max = cost_max,
+                       .steps = j->weld.steps,
+                       .quadrics = j->weld.quadrics,
+                       .shares = j->weld.shares,
+                       .surface_bounds = j->weld.surface};
+    return tli_piece_simplify(j->ctx, &piece, &j->piece);
+}
+
+tl_status tli_segment_probe(tl_ctx *ctx, const tli_level *level, const tli_segment_note *segment,
+                            double costs[TLI_CURVE_POINTS], size_t *tets)
+{
+    job j = {.ctx = ctx, .level = level, .plan = level->model->plan, .segment = segment};
+    tl_status st = tli_weld_create(ctx, level, segment, &j.weld);
+    if (!st) {
+        *tets = j.weld.mesh->tet_count;
+        st = simplify(&j, (double)INFINITY, (size_t)(0.6 * level->ratio * (double)*tets));
+    }
+    if (!st) memcpy(costs, j.piece.costs, sizeof j.piece.costs);
+    tli_piece_release(ctx, &j.piece);
+    tli_weld_release(ctx, &j.weld);
+    return st;
+}
+
+/* ---- the originals, first time: where they are, and what the values should be ---- */
+
+static tl_lidx hint_of(const job *j, uint32_t input, const double *record, size_t doubles)
+{
+    const tl_mesh *old = j->weld.mesh;
+    size_t tet = j->weld.tet_base[input] + tli_record_tet(record, doubles);
+    tl_lidx best = TL_NONE;
+    double nearest = (double)INFINITY;
+    for (size_t i = 0; i < 4; i++) {
+        tl_lidx v = old->tets[4 * tet + i];
+        const double *x = old->xyz + 3 * (size_t)v;
+        double d2 = 0;
+        for (int k = 0; k < 3; k++) d2 += (x[k] - record[k]) * (x[k] - record[k]);
+        if (j->piece.hints[v] == TL_NONE || !(d2 < nearest)) continue;
+        nearest = d2;
+        best = j->piece.hints[v];
+    }
+    return best;
+}
+
+static tl_status place_record(void *user, uint32_t input, size_t number, const double *record)
+{
+    job *j = user;
+    size_t doubles = tli_record_doubles(j->plan, j->kind);
+    double w[4], distance;
+    tl_lidx tet;
+    tl_status st = tli_carrier_locate(&j->carrier, record, hint_of(j, input, record, doubles), &tet,
+                                      w, &distance);
+    if (st) return st;
+    j->tets[j->kind][number] = tet;
+    if (j->kind == TLI_POINTS) {
+        tli_fit_add(j->fit, tet, w, record + 3, j->mesh_values);
+        return TL_OK;
+    }
+    double volume = record[3];
+    j->volumes[tet] += volume;
+    for (size_t k = 0; k < j->plan->tet_comps; k++)
+        j->sums[tet * j->plan->tet_comps + k] += volume * record[4 + k];
+    return TL_OK;
+}
+
+static uint64_t count_records(const job *j, int kind)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < j->segment->input_count; i++) {
+        const tli_extents *e = &j->level->model->patches[j->segment->inputs[i]].extents[kind];
+        for (size_t k = 0; k < e->count; k++) count += e->items[k].count;
+    }
+    return count;
+}
+
+/* Between the channels of the new mesh and rows of values. */
+static void copy_values(job *j, bool to_mesh)
+{
+    tl_mesh *mesh = j->piece.mesh;
+    for (size_t i = 0; i < j->plan->field_count; i++) {
+        const tli_field *f = &j->plan->fields[i];
+        if (f->on != TL_ON_VERTEX) continue;
+        double *values = (double *)(uintptr_t)mesh->channels[i].values;
+        for (size_t v = 0; v < mesh->vert_count; v++) {
+            double *row = j->mesh_values + v * j->plan->vert_comps + f->first;
+            double *own = values + v * f->components;
+            memcpy(to_mesh ? own : row, to_mesh ? row : own, f->components * sizeof *own);
+        }
+    }
+}
+
+/* Rounds the fitted values; quadrics follow the values that they are anchored at. */
+static void round_values(job *j)
+{
+    const tl_mesh *mesh = j->piece.mesh;
+    double shift[256];
+    for (size_t v = 0; v < mesh->vert_count; v++) {
+        size_t n = 0;
+        bool moved = false;
+        if (j->piece.fixed[v]) continue;
+        for (size_t i = 0; i < j->plan->field_count; i++) {
+            const tli_field *f = &j->plan->fields[i];
+            if (f->on != TL_ON_VERTEX) continue;
+            double *row = j->mesh_values + v * j->plan->vert_comps + f->first;
+            for (uint32_t k = 0; k < f->components; k++, n++) {
+                double before = mesh->channels[i].values[v * f->components + k];
+                row[k] = tli_field_round(f, row[k]);
+                shift[n] = isfinite(row[k] - before) ? (row[k] - before) * f->scale : 0;
+                moved |= shift[n] != 0;
+            }
+        }
+        if (moved) tli_piece_reanchor(j->piece.quadrics + v * j->piece.quadric_floats, shift, n);
+    }
+}
+
+/* Means of the originals' values; a tet without any keeps that of the tet it was. */
+static void set_means(job *j)
+{
+    const tl_mesh *mesh = j->piece.mesh;
+    for (size_t i = 0; i < j->plan->field_count; i++) {
+        const tli_field *f = &j->plan->fields[i];
+        if (f->on != TL_ON_TET || f->scalar < TL_F32) continue;
+        double *values = (double *)(uintptr_t)mesh->channels[i].values;
+        for (size_t t = 0; t < mesh->tet_count; t++)
+            for (uint32_t k = 0; k < f->components && j->volumes[t] > 0; k++) {
+                double mean = j->sums[t * j->plan->tet_comps + f->first + k] / j->volumes[t];
+                if (isfinite(mean)) values[t * f->components + k] = tli_field_round(f, mean);
+            }
+    }
+}
+
+static tl_status set_values(job *j)
+{
+    tl_status st = TL_OK;
+    tl_mesh *mesh = j->piece.mesh;
+    const tli_model *model = j->level->model;
+    tli_depot *from = model->carried[j->level->level & 1];
+    j->mesh_values =
+        tl_mem_alloc(j->ctx, mesh->vert_count * j->plan->vert_comps, sizeof *j->mesh_values, &st);
+    j->sums = tl_mem_zalloc(j->ctx, mesh->tet_count * j->plan->tet_comps, sizeof *j->sums, &st);
+    j->volumes = tl_mem_zalloc(j->ctx, mesh->tet_count, sizeof *j->volumes, &st);
+    if (!st) st = tli_fit_create(j->ctx, mesh, j->plan->vert_comps, &j->fit);
+    if (!st) copy_values(j, false);
+    for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
+        j->tets[j->kind] = tl_mem_alloc(j->ctx, count_records(j, j->kind), sizeof(tl_lidx), &st);
+        if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, place_record, j);
+    }
+    if (!st) {
+        tli_fit_solve(j->fit, j->piece.fixed, j->mesh_values);
+        round_values(j);
+        copy_values(j, true);
+        set_means(j);
+    }
+    return st;
+}
+
+/* ---- second time: what is off, and where they go ---- */
+
+static tl_status deal_record(void *user, uint32_t input, size_t number, const double *record)
+{
+    job *j = user;
+    double w[4], distance;
+    tl_lidx tet = j->tets[j->kind][number];
+    uint32_t part = j->part[tet];
+    (void)input;
+    tli_carrier_weigh(&j->carrier, record, tet, w, &distance);
+    tli_carrier_measure(&j->carrier, j->kind, record, tet, w, distance,
+                        j->product->patches[part].squares);
+    for (int k = 0; k < 3; k++) {
+        j->product->box[2 * k] = fmin(j->product->box[2 * k], record[k]);
+        j->product->box[2 * k + 1] = fmax(j->product->box[2 * k + 1], record[k]);
+    }
+    return tli_dealer_add(&j->dealer, part, record, j->tet_local[tet]);
+}
+
+static tl_status deal(job *j)
+{
+    tl_status st = TL_OK;
+    tli_model *model = j->level->model;
+    tli_depot *from = model->carried[j->level->level & 1],
+              *to = model->carried[(j->level->level + 1) & 1];
+    for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
+        st = tli_dealer_open(j->ctx, model, to, j->product->patches, j->product->patch_count,
+                             j->kind, &j->dealer);
+        if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, deal_record, j);
+        st = tli_dealer_close(&j->dealer, st);
+    }
+    return st;
+}
+
+static tl_status write_patches(job *j)
+{
+    const tl_mesh *mesh = j->piece.mesh;
+    tli_product *p = j->product;
+    tl_status st = TL_OK;
+    uint64_t *ids = tl_mem_alloc(j->ctx, mesh->vert_count, sizeof *ids, &st);
+    uint8_t *outside = tl_mem_alloc(j->ctx, mesh->vert_count, sizeof *outside, &st);
+    uint8_t *twins = tl_mem_alloc(j->ctx, mesh->vert_count, sizeof *twins, &st);
+    j->part = tl_mem_alloc(j->ctx, mesh->tet_count, sizeof *j->part, &st);
+    j->tet_local = tl_mem_alloc(j->ctx, mesh->tet_count, sizeof *j->tet_local, &st);
+    for (size_t v = 0; !st && v < mesh->vert_count; v++) {
+        ids[v] = j->weld.ids[j->piece.origins[v]];
+        outside[v] = j->weld.locked[j->piece.origins[v]];
+        twins[v] = j->weld.twins[j->piece.origins[v]];
+        if ((double)j->piece.surface_bounds[v] > p->errors.surface)
+            p->errors.surface = (double)j->piece.surface_bounds[v];
+    }
+    if (!st)
+        st = tli_split(j->ctx, mesh->xyz, mesh->tets, mesh->tet_count, j->plan->opts.patch_tets,
+                       j->part, &p->patch_count);
+    p->patches = tl_mem_zalloc(j->ctx, p->patch_count, sizeof *p->patches, &st);
+    if (st) p->patch_count = 0;
+    tli_cut cut = {.mesh = mesh,
+                   .ids = ids,
+                   .steps = j->piece.steps,
+                   .quadrics = j->piece.quadrics,
+                   .surface = j->piece.surface_bounds,
+                   .twins = twins,
+                   .outside = outside,
+                   .part = j->part,
+                   .part_count = p->patch_count,
+                   .tet_local = j->tet_local};
+    if (!st) st = tli_cut_write(j->ctx, j->level->model, &cut, p->patches, &p->shared);
+    tl_mem_free(j->ctx, twins);
+    tl_mem_free(j->ctx, outside);
+    tl_mem_free(j->ctx, ids);
+    return st;
+}
+
+static void release_job(job *j)
+{
+    tl_ctx *ctx = j->ctx;
+    tl_locator_destroy(j->carrier.locator);
+    tli_fit_destroy(j->fit);
+    void *blocks[] = {j->tet_local,   j->part,    j->volumes, j->sums,
+                      j->mesh_values, j->tets[0], j->tets[1], j->opposite};
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+    tli_piece_release(ctx, &j->piece);
+    tli_weld_release(ctx, &j->weld);
+}
+
+tl_status tli_segment_process(tl_ctx *ctx, const tli_level *level, const tli_segment_note *segment,
+                              tli_product *product)
+{
+    job j = {.ctx = ctx,
+             .level = level,
+             .plan = level->model->plan,
+             .segment = segment,
+             .product = product};
+    *product = (tli_product){0};
+    tl_status st = tli_errors_create(ctx, j.plan, &product->errors);
+    for (int k = 0; k < 3; k++) {
+        product->box[2 * k] = (double)INFINITY;
+        product->box[2 * k + 1] = (double)-INFINITY;
+    }
+    if (!st) st = tli_weld_create(ctx, level, segment, &j.weld);
+    if (!st) {
+        product->input_tets = j.weld.mesh->tet_count;
+        bool by_cost = isfinite(level->cost_max);
+        double least = by_cost ? LEAST_LEFT : level->ratio;
+        st = simplify(&j, level->cost_max, (size_t)(least * (double)product->input_tets));
+    }
+    if (!st) st = tl_mesh_adjacency(ctx, j.piece.mesh, &j.opposite, NULL);
+    j.carrier = (tli_carrier){ctx, j.plan, j.piece.mesh, j.opposite, NULL, &product->errors};
+    if (!st) st = set_values(&j);
+    if (!st) st = write_patches(&j);
+    if (!st) st = deal(&j);
+    if (!st) product->output_tets = j.piece.mesh->tet_count;
+    release_job(&j);
+    if (st) tli_product_release(ctx, product);
+    return st;
+}

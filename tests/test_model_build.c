@@ -1,0 +1,251 @@
+/* Models of small meshes: every level conforms, fills the same volume, and is as near to the
+ * original as it says; the file is the same whatever the number of threads. */
+#include "tetralod/measure.h"
+
+#include "check_model.h"
+
+static double bumps(const double x[3])
+{
+    return sin(5 * x[0]) * cos(4 * x[1]) + x[2] * x[2];
+}
+
+static tl_ctx *ctx_create(unsigned threads)
+{
+    tl_ctx *ctx;
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.thread_count = threads;
+    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
+    return ctx;
+}
+
+static void ctx_destroy(tl_ctx *ctx)
+{
+    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+    tl_ctx_destroy(ctx);
+}
+
+static tl_store *build(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opts,
+                       const char *name)
+{
+    tl_store *store;
+    tl_build_result result;
+    CHECK_OK(ctx, tl_model_build_mesh(ctx, mesh, check_model_path(name), opts, &result));
+    CHECK_EQ(result.tets_in, tl_mesh_tet_count(mesh));
+    CHECK(result.bytes > 0);
+    CHECK(result.level_count > 0);
+    tl_build_release(ctx, &result);
+    CHECK_OK(ctx, tl_store_open(ctx, check_model_path(name), &store));
+    CHECK_OK(ctx, tl_store_check(ctx, store, TL_CHECK_FULL));
+    return store;
+}
+
+static void drop(tl_store *store, const char *name)
+{
+    tl_store_close(store);
+    CHECK_EQ(remove(check_model_path(name)), 0);
+}
+
+/* Shape, volume and promises of one level against the original. */
+static void check_level(tl_ctx *ctx, const tl_mesh *original, const tl_store *store, uint32_t level)
+{
+    const tl_store_head *head = tl_store_get_head(store);
+    const tl_store_level *promise = &head->levels[level];
+    tl_mesh *mesh = check_model_level(ctx, store, level);
+    tl_mesh_stats before, after;
+    tl_compare_result found;
+    CHECK_EQ(tl_mesh_tet_count(mesh), promise->tets);
+    CHECK_OK(ctx, tl_mesh_check(ctx, mesh, TL_CHECK_FULL));
+    CHECK_OK(ctx, tl_mesh_measure(ctx, original, &before));
+    CHECK_OK(ctx, tl_mesh_measure(ctx, mesh, &after));
+    CHECK_EQ(after.nonmanifold_faces, 0);
+    CHECK_EQ(after.nonmanifold_edges, before.nonmanifold_edges);
+    CHECK_EQ(after.components, before.components);
+    CHECK_NEAR(after.volume, before.volume, 0.005 * before.volume);
+    CHECK_OK(ctx, tl_mesh_compare(ctx, original, mesh, NULL, &found));
+    printf("level %u: %zu tets\n", level, tl_mesh_tet_count(mesh));
+    for (size_t i = 0; i < found.field_count; i++) {
+        double width = found.fields[i].range[1] - found.fields[i].range[0];
+        CHECK_BOUND(found.fields[i].name, found.fields[i].max,
+                    promise->max_error[i] + 1e-9 * width);
+    }
+    CHECK_BOUND("outside", found.outside_distance, promise->boundary_error + head->position_error);
+    CHECK_BOUND("boundary", found.boundary_hausdorff,
+                promise->boundary_error + head->position_error);
+    tl_compare_release(ctx, &found);
+    tl_mesh_destroy(mesh);
+}
+
+static void check_all(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opts, const char *name,
+                      uint32_t levels_least)
+{
+    tl_store *store = build(ctx, mesh, opts, name);
+    const tl_store_head *head = tl_store_get_head(store);
+    CHECK(head->level_count >= levels_least);
+    CHECK_EQ(head->levels[0].tets, tl_mesh_tet_count(mesh));
+    for (uint32_t l = 0; l < head->level_count; l++) check_level(ctx, mesh, store, l);
+    drop(store, name);
+}
+
+static void test_grid(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create(2);
+    make_mesh m = make_grid(15);
+    tl_mesh *mesh = make_object(ctx, &m, bumps);
+    tl_build_opts opts = check_model_opts(3000, 400);
+    check_all(ctx, mesh, &opts, "grid", 4);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    ctx_destroy(ctx);
+}
+
+static void test_rough(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create(2);
+    make_mesh m = make_grid_cavity(13);
+    make_perturb(&m, 0.1 / 12 * 0.9, 7);
+    make_shuffle(&m, 8);
+    make_two_regions(&m);
+    tl_mesh *mesh = make_object(ctx, &m, bumps);
+    tl_build_opts opts = check_model_opts(2000, 300);
+    check_all(ctx, mesh, &opts, "rough", 3);
+    opts.lossless = true;
+    check_all(ctx, mesh, &opts, "lossless", 3);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    ctx_destroy(ctx);
+}
+
+/* The whole file, for comparing. */
+static uint8_t *read_file(const char *path, size_t *bytes)
+{
+    FILE *file = fopen(path, "rb");
+    CHECK(file != NULL);
+    fseek(file, 0, SEEK_END);
+    *bytes = (size_t)ftell(file);
+    rewind(file);
+    uint8_t *data = malloc(*bytes);
+    CHECK_EQ(fread(data, 1, *bytes, file), *bytes);
+    fclose(file);
+    return data;
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    make_mesh m = make_grid(14);
+    make_perturb(&m, 0.005, 3);
+    uint8_t *first = NULL;
+    size_t first_bytes = 0;
+    for (unsigned threads = 1; threads <= 3; threads++) {
+        tl_ctx *ctx = ctx_create(threads);
+        tl_mesh *mesh = make_object(ctx, &m, bumps);
+        tl_build_opts opts = check_model_opts(2500, 350);
+        tl_build_result result;
+        size_t bytes;
+        CHECK_OK(ctx, tl_model_build_mesh(ctx, mesh, check_model_path("threads"), &opts, &result));
+        tl_build_release(ctx, &result);
+        uint8_t *data = read_file(check_model_path("threads"), &bytes);
+        if (!first) {
+            first = data;
+            first_bytes = bytes;
+        } else {
+            CHECK_EQ(bytes, first_bytes);
+            CHECK(memcmp(data, first, bytes) == 0);
+            free(data);
+        }
+        tl_mesh_destroy(mesh);
+        ctx_destroy(ctx);
+    }
+    remove(check_model_path("threads"));
+    free(first);
+    make_release(&m);
+}
+
+/* Meshes that leave nothing to simplify, or are no volumes. */
+static void test_odd(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create(2);
+    const double xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1};
+    const tl_lidx tets[] = {0, 1, 2, 3, 0, 1, 2, 4}, flat[] = {0, 1, 2, 1};
+    tl_build_opts opts = check_model_opts(1000, 100);
+    tl_build_result result;
+    for (size_t count = 1; count <= 2; count++) { /* one tet; a doubled one with twins */
+        tl_mesh *mesh;
+        CHECK_OK(ctx, tl_mesh_create(ctx, xyz, 5, tets, count, &mesh));
+        drop(build(ctx, mesh, &opts, "odd"), "odd");
+        tl_mesh_destroy(mesh);
+    }
+    tl_mesh *mesh;
+    CHECK_OK(ctx, tl_mesh_create(ctx, xyz, 5, flat, 1, &mesh));
+    drop(build(ctx, mesh, &opts, "odd"), "odd");
+    tl_mesh_destroy(mesh);
+    CHECK_OK(ctx, tl_mesh_create(ctx, xyz, 5, tets, 0, &mesh));
+    CHECK_STATUS(tl_model_build_mesh(ctx, mesh, check_model_path("odd"), &opts, &result),
+                 TL_ERR_DATA);
+    tl_mesh_destroy(mesh);
+    make_mesh soup = make_soup(300, 2000, 5);
+    mesh = make_object(ctx, &soup, bumps);
+    drop(build(ctx, mesh, &opts, "soup"), "soup");
+    tl_mesh_destroy(mesh);
+    make_release(&soup);
+    ctx_destroy(ctx);
+}
+
+/* Twenty channels of all kinds, constant ones and some without numbers among them. */
+static void test_channels(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create(2);
+    make_mesh m = make_grid(11);
+    tl_mesh *mesh = make_object(ctx, &m, bumps);
+    uint64_t seed = 4;
+    double *values = malloc((m.tet_count + m.vert_count) * 3 * sizeof *values);
+    for (uint32_t c = 0; c < 20; c++) {
+        char name[16];
+        snprintf(name, sizeof name, "c%u", c);
+        bool on_tet = c % 5 == 4;
+        uint32_t k = c % 3 == 1 ? 3 : 1;
+        size_t count = on_tet ? m.tet_count : m.vert_count;
+        for (size_t i = 0; i < count * k; i++) {
+            values[i] = c == 2   ? 7
+                        : on_tet ? (double)(i % 9)
+                                 : bumps(m.xyz + 3 * (i / k)) * (c + 1);
+            if (c == 3 && make_random(&seed) % 50 == 0) values[i] = (double)NAN;
+        }
+        tl_channel channel = {
+            name, "m", k, on_tet ? TL_ON_TET : TL_ON_VERTEX, c % 10 == 9 ? TL_I32 : TL_F64, values};
+        CHECK_OK(ctx, tl_mesh_add_channel(mesh, &channel));
+    }
+    tl_build_opts opts = check_model_opts(2000, 400);
+    drop(build(ctx, mesh, &opts, "channels"), "channels");
+    opts.lossless = true;
+    drop(build(ctx, mesh, &opts, "channels"), "channels");
+    const char *some[] = {"f", "c1"};
+    opts.channels = some;
+    opts.channel_count = 2;
+    tl_store *store = build(ctx, mesh, &opts, "channels");
+    CHECK_EQ(tl_store_get_head(store)->channel_count, 2);
+    drop(store, "channels");
+    some[0] = "nothing";
+    tl_build_result result;
+    CHECK_STATUS(tl_model_build_mesh(ctx, mesh, check_model_path("channels"), &opts, &result),
+                 TL_ERR_DATA);
+    free(values);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    ctx_destroy(ctx);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_grid),     cmocka_unit_test(test_rough),
+        cmocka_unit_test(test_threads),  cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_channels),
+    };
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
