@@ -432,6 +432,50 @@ static void test_threads(void **state)
     ctx_destroy(ctx);
 }
 
+/* Gives the message of the check of a damaged file. */
+static void check_damaged(const uint8_t *bytes, size_t byte_count, unsigned thread_count,
+                          char *text, size_t text_bytes)
+{
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    tl_ctx *ctx = NULL;
+    tl_store *store = NULL;
+    opts.thread_count = thread_count;
+    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
+    CHECK_OK(ctx, tli_store_open_bytes(ctx, "m.tlod", bytes, byte_count, &store));
+    CHECK_STATUS(tl_store_check(ctx, store, TL_CHECK_FULL), TL_ERR_FORMAT);
+    snprintf(text, text_bytes, "%s", tl_ctx_message(ctx));
+    tl_store_close(store);
+    ctx_destroy(ctx);
+}
+
+static void test_check_with_threads(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create();
+    tl_store *store = NULL;
+    tl_patch_info info;
+    make_store m = {.level_count = 4, .coarse_segments = 60, .channel_count = 2, .vert_count = 6};
+    make_store_open(&m);
+    CHECK_OK(ctx, make_store_write(ctx, ctx, &m, "m.tlod"));
+    CHECK_OK(ctx, tl_store_open(ctx, "m.tlod", &store));
+    size_t byte_count;
+    uint8_t *bytes = make_store_load("m.tlod", &byte_count);
+    for (uint32_t p = 700; p < 1400; p += 100) {
+        CHECK_OK(ctx, tl_store_patch(ctx, store, p, &info));
+        bytes[info.topology_ofs + 3] ^= 1;
+    }
+    char one[512], many[512];
+    check_damaged(bytes, byte_count, 1, one, sizeof one);
+    for (int i = 0; i < 5; i++) {
+        check_damaged(bytes, byte_count, 4, many, sizeof many);
+        assert_string_equal(many, one);
+    }
+    CHECK(strstr(one, "patch 700"));
+    free(bytes);
+    tl_store_close(store);
+    ctx_destroy(ctx);
+}
+
 /* ---- memory ---- */
 
 static void test_budget(void **state)
@@ -469,7 +513,8 @@ int main(void)
         cmocka_unit_test(test_small),      cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_many_pages), cmocka_unit_test(test_groups_are_contiguous),
         cmocka_unit_test(test_append),     cmocka_unit_test(test_wrong_use),
-        cmocka_unit_test(test_threads),    cmocka_unit_test(test_budget),
+        cmocka_unit_test(test_threads),    cmocka_unit_test(test_check_with_threads),
+        cmocka_unit_test(test_budget),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

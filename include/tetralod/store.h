@@ -173,7 +173,8 @@ TL_API tl_status tl_store_blob(tl_ctx *ctx, const tl_store *store, uint32_t patc
  * output of its producer once, nothing leads back, errors do not fall towards the coarse side).
  * Full: also every byte of the rest: checksums and padding; every patch decodes to what the index
  * says, its places and values lie in sphere and range, and vertices shared inside a segment's
- * inputs have the same values. TL_ERR_FORMAT or TL_ERR_DATA name the place. Reports progress. */
+ * inputs have the same values. TL_ERR_FORMAT or TL_ERR_DATA name the place. Runs on the
+ * pool, reports progress. */
 TL_API tl_status tl_store_check(tl_ctx *ctx, const tl_store *store, tl_check_level level);
 
 #ifdef __cplusplus

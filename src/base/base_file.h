@@ -53,7 +53,7 @@ tl_status tli_sink_patch(tli_sink *sink, uint64_t ofs, const void *bytes, size_t
 tl_status tli_sink_close(tli_sink *sink, bool commit);
 
 /* Fault injection for tests: the n-th file operation (open, read, write, sync, rename) from now on
- * fails with EIO; 0 switches it off. The count is kept in the context. */
+ * fails with EIO; 0 switches it off. The count is that of a context and its forks. */
 void tli_file_fail_at(tl_ctx *ctx, uint64_t n);
 
 #endif

@@ -19,8 +19,9 @@ static const uint8_t no_bytes[1];
 
 bool tli_file_fault(tl_ctx *ctx)
 {
-    uint64_t left = atomic_load(&ctx->file_fail_in);
-    while (left && !atomic_compare_exchange_weak(&ctx->file_fail_in, &left, left - 1)) continue;
+    tl_ctx *root = ctx->root;
+    uint64_t left = atomic_load(&root->file_fail_in);
+    while (left && !atomic_compare_exchange_weak(&root->file_fail_in, &left, left - 1)) continue;
     if (left != 1) return false;
     errno = EIO;
     return true;
@@ -28,7 +29,7 @@ bool tli_file_fault(tl_ctx *ctx)
 
 void tli_file_fail_at(tl_ctx *ctx, uint64_t n)
 {
-    ctx->file_fail_in = n;
+    ctx->root->file_fail_in = n;
 }
 
 /* Reads once; -1 with errno on failure. */

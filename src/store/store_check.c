@@ -3,8 +3,10 @@
 #include "store/store_check.h"
 
 #define STAGE "check"
-/* Blobs that are looked at between two reports. */
-#define REPORT_PATCHES 64
+/* Groups of patches that are looked at, by all threads, between two reports. */
+#define REPORT_GROUPS ((size_t)64)
+/* Root patches that are looked at together. */
+#define ROOT_GROUP 64u
 
 /* Counts that the head must agree with. */
 typedef struct check_sums {
@@ -154,24 +156,59 @@ static tl_status check_index(tl_ctx *ctx, const tl_store *store)
 
 /* ---- the blobs ---- */
 
+/* Groups of patches: the roots in pieces, then the inputs of each segment. */
+typedef struct blob_task {
+    tl_ctx *ctx;
+    const tl_store *store;
+    size_t root_groups, first; /* first: group of the first item */
+} blob_task;
+
+static tl_status group_of(tl_ctx *ctx, const blob_task *task, size_t group, uint32_t *first,
+                          uint32_t *count)
+{
+    const uint32_t roots = task->store->head.root_patch_count;
+    tl_segment_info info;
+    if (group < task->root_groups) {
+        *first = (uint32_t)(group * ROOT_GROUP);
+        *count = roots - *first < ROOT_GROUP ? roots - *first : ROOT_GROUP;
+        return TL_OK;
+    }
+    tl_status st = tl_store_segment(ctx, task->store, (uint32_t)(group - task->root_groups), &info);
+    if (st) return st;
+    *first = info.first_patch;
+    *count = info.patch_count;
+    return TL_OK;
+}
+
+static tl_status check_groups(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const blob_task *task = arg;
+    tl_ctx *fork = NULL;
+    tl_status st = tli_ctx_fork(task->ctx, &fork);
+    (void)worker;
+    for (size_t i = begin; !st && i < end; i++) {
+        uint32_t first = 0, count = 0;
+        st = group_of(fork, task, task->first + i, &first, &count);
+        if (!st) st = tli_store_check_group(fork, task->store, first, count);
+    }
+    return tli_ctx_join(task->ctx, fork, st);
+}
+
 static tl_status check_blobs(tl_ctx *ctx, const tl_store *store)
 {
     const tl_store_head *head = &store->head;
+    blob_task task = {.ctx = ctx, .store = store};
+    task.root_groups = (head->root_patch_count + (size_t)ROOT_GROUP - 1) / ROOT_GROUP;
+    const size_t groups = task.root_groups + head->segment_count;
     tl_status st = TL_OK;
-    for (uint32_t p = 0; !st && p < head->root_patch_count; p += REPORT_PATCHES) {
-        const uint32_t left = head->root_patch_count - p;
-        st = tl_progress(ctx, STAGE, p, head->patch_count);
+    for (; !st && task.first < groups; task.first += REPORT_GROUPS) {
+        const size_t left = groups - task.first;
+        st = tl_progress(ctx, STAGE, task.first, groups);
         if (!st)
-            st =
-                tli_store_check_group(ctx, store, p, left < REPORT_PATCHES ? left : REPORT_PATCHES);
+            st = tli_parallel(ctx, left < REPORT_GROUPS ? left : REPORT_GROUPS, 1, check_groups,
+                              &task);
     }
-    for (uint32_t s = 0; !st && s < head->segment_count; s++) {
-        tl_segment_info info;
-        st = tl_store_segment(ctx, store, s, &info);
-        if (!st) st = tl_progress(ctx, STAGE, info.first_patch, head->patch_count);
-        if (!st) st = tli_store_check_group(ctx, store, info.first_patch, info.patch_count);
-    }
-    return st ? st : tl_progress(ctx, STAGE, head->patch_count, head->patch_count);
+    return st ? st : tl_progress(ctx, STAGE, groups, groups);
 }
 
 tl_status tl_store_check(tl_ctx *ctx, const tl_store *store, tl_check_level level)
