@@ -18,7 +18,8 @@
                              */
 #define TOPOLOGY_SHIFTED 4u /* places have common powers of two */
 #define TOPOLOGY_WIDE 8u    /* raw: 8 bytes a coordinate, else 4 */
-#define TOPOLOGY_FLAGS 15u
+#define TOPOLOGY_CODED_FLAGS (TOPOLOGY_REGIONS | TOPOLOGY_REMATCH | TOPOLOGY_SHIFTED)
+#define TOPOLOGY_RAW_FLAGS (TOPOLOGY_REGIONS | TOPOLOGY_WIDE)
 #define SHIFT_BITS 6u
 
 /* A blob has no more tets than this a byte: hostile counts end here. The encoder fills up with zero

@@ -148,6 +148,20 @@ static void read_odd_tets(reader *r)
         }
 }
 
+/* Pairs the faces that the border could not link, too. */
+static tl_status rematch(tl_ctx *ctx, reader *r)
+{
+    tl_patch *patch = r->patch;
+    tl_lidx *opposite = NULL;
+    tl_status st = tli_patch_match(ctx, patch, &opposite);
+    if (st) return st;
+    if (memcmp(opposite, patch->opposite, patch->tet_count * sizeof *patch->opposite) == 0)
+        r->wrong = "says that faces are left to be paired, but none are";
+    tl_mem_free(ctx, patch->opposite);
+    patch->opposite = (uint32_t(*)[4])(void *)opposite;
+    return TL_OK;
+}
+
 static tl_status read_connectivity(tl_ctx *ctx, reader *r)
 {
     tl_patch *patch = r->patch;
@@ -165,13 +179,7 @@ static tl_status read_connectivity(tl_ctx *ctx, reader *r)
         if (!r->wrong) read_odd_tets(r);
     }
     tli_border_close(ctx, &r->border);
-    if (!st && !r->wrong && (r->flags & TOPOLOGY_REMATCH)) {
-        tl_mem_free(ctx, patch->opposite);
-        patch->opposite = NULL;
-        tl_lidx *opposite = NULL;
-        st = tli_patch_match(ctx, patch, &opposite);
-        patch->opposite = (uint32_t(*)[4])(void *)opposite;
-    }
+    if (!st && !r->wrong && (r->flags & TOPOLOGY_REMATCH)) st = rematch(ctx, r);
     return st;
 }
 
@@ -272,7 +280,8 @@ static const char *read_head(reader *r, const uint8_t *bytes, size_t byte_count)
     r->patch->vert_count = (uint32_t)bytes[2] | (uint32_t)bytes[3] << 8;
     r->patch->tet_count = (uint32_t)bytes[4] | (uint32_t)bytes[5] << 8 | (uint32_t)bytes[6] << 16;
     r->odd_count = (uint32_t)bytes[7] | (uint32_t)bytes[8] << 8 | (uint32_t)bytes[9] << 16;
-    if (r->flags & ~TOPOLOGY_FLAGS) return "has unknown flags";
+    if (r->flags & ~(bytes[0] == BLOB_RAW ? TOPOLOGY_RAW_FLAGS : TOPOLOGY_CODED_FLAGS))
+        return "has unknown flags";
     if (r->patch->tet_count > TL_PATCH_TETS_MAX) return "has too many tets";
     if (r->patch->vert_count > TL_PATCH_VERTS_MAX) return "has too many vertices";
     if (r->odd_count > r->patch->tet_count) return "has more odd tets than tets";

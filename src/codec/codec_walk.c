@@ -237,7 +237,10 @@ tl_status tli_walk_open(tl_ctx *ctx, const tl_patch *patch, tli_walk *walk, tli_
     walker w = {.ctx = ctx, .patch = patch, .walk = walk, .tokens = tokens};
     *walk = (tli_walk){0};
     tl_status st = open_walker(&w);
-    if (!st) walk_all(&w);
+    if (!st) {
+        walk_all(&w);
+        st = tokens->status;
+    }
     walk->opposite = w.border.opposite;
     tl_mem_free(ctx, w.opposite);
     tl_mem_free(ctx, w.border.tets);
