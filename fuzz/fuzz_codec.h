@@ -71,10 +71,10 @@ static inline tl_patch *fuzz_patch_create(tl_ctx *ctx)
 static inline void fuzz_check_patch(const tl_patch *patch)
 {
     for (uint32_t face = 0; face < 4 * patch->tet_count; face++) {
-        uint32_t across = (*patch->opposite)[face];
-        FUZZ_CHECK((*patch->tets)[face] < patch->vert_count);
+        uint32_t across = patch->opposite[face / 4][face % 4];
+        FUZZ_CHECK(patch->tets[face / 4][face % 4] < patch->vert_count);
         FUZZ_CHECK(across == TL_NONE || (across < 4 * patch->tet_count && across != face &&
-                                         (*patch->opposite)[across] == face));
+                                         patch->opposite[across / 4][across % 4] == face));
     }
     for (uint32_t v = 0; v < patch->vert_count; v++) FUZZ_CHECK(patch->shared[v] <= 1);
 }

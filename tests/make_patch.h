@@ -28,7 +28,7 @@ static inline tl_patch *make_patch(tl_ctx *ctx, const tl_lattice *lattice, const
         tl_lattice_nearest(lattice, m->xyz + 3 * v, patch->places[v]);
         patch->shared[v] = m->xyz[3 * v] <= 0 || v % 97 == 5;
     }
-    for (size_t i = 0; i < 4 * m->tet_count; i++) (*patch->tets)[i] = (uint16_t)m->tets[i];
+    for (size_t i = 0; i < 4 * m->tet_count; i++) patch->tets[i / 4][i % 4] = (uint16_t)m->tets[i];
     if (m->regions && m->tet_count)
         memcpy(patch->regions, m->regions, m->tet_count * sizeof *m->regions);
     return patch;

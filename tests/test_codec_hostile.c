@@ -70,10 +70,10 @@ static tl_status decode_tables(tl_ctx *ctx, const blobs *b, const uint8_t *bytes
 static void check_patch(const tl_patch *patch)
 {
     for (uint32_t face = 0; face < 4 * patch->tet_count; face++) {
-        uint32_t across = (*patch->opposite)[face];
-        CHECK((*patch->tets)[face] < patch->vert_count);
+        uint32_t across = patch->opposite[face / 4][face % 4];
+        CHECK(patch->tets[face / 4][face % 4] < patch->vert_count);
         CHECK(across == TL_NONE || (across < 4 * patch->tet_count && across != face &&
-                                    (*patch->opposite)[across] == face));
+                                    patch->opposite[across / 4][across % 4] == face));
     }
     for (uint32_t v = 0; v < patch->vert_count; v++) CHECK(patch->shared[v] <= 1);
 }
@@ -230,7 +230,8 @@ static tl_status encode_and_decode(tl_ctx *ctx, void *arg)
     patch.shared = tl_mem_zalloc(ctx, m->vert_count, 1, &st);
     patch.tets = tl_mem_alloc(ctx, m->tet_count, sizeof *patch.tets, &st);
     for (size_t i = 0; i < 64; i++) values[i] = (int64_t)(i * i);
-    for (size_t i = 0; i < 4 * m->tet_count && !st; i++) (*patch.tets)[i] = (uint16_t)m->tets[i];
+    for (size_t i = 0; i < 4 * m->tet_count && !st; i++)
+        patch.tets[i / 4][i % 4] = (uint16_t)m->tets[i];
     if (!st) st = tli_patch_arrange(ctx, &patch, NULL, NULL);
     if (!st) st = tli_trainer_create(ctx, &make_lattice, &CHANNEL, 1, &trainer);
     if (!st) st = tli_trainer_add(ctx, trainer, 1, &patch, channels);

@@ -13,9 +13,9 @@ tl_status tli_border_open(tl_ctx *ctx, uint32_t vert_capacity, uint32_t tet_capa
     tl_status st = TL_OK;
     size_t words = ((size_t)vert_capacity + 63) / 64;
     *border = (tli_border){.vert_capacity = vert_capacity, .tet_capacity = tet_capacity};
-    border->tets = tl_mem_alloc(ctx, tet_capacity, sizeof *border->tets, &st);
-    border->opposite = tl_mem_alloc(ctx, tet_capacity, sizeof *border->opposite, &st);
-    border->fans = tl_mem_alloc(ctx, tet_capacity, sizeof *border->fans, &st);
+    border->tets = tl_mem_alloc(ctx, tet_capacity, 4 * sizeof *border->tets, &st);
+    border->opposite = tl_mem_alloc(ctx, tet_capacity, 4 * sizeof *border->opposite, &st);
+    border->fans = tl_mem_alloc(ctx, tet_capacity, 16 * sizeof *border->fans, &st);
     border->next = tl_mem_alloc(ctx, tet_capacity, 4 * sizeof *border->next, &st);
     border->head = tl_mem_alloc(ctx, vert_capacity, sizeof *border->head, &st);
     border->tail = tl_mem_alloc(ctx, vert_capacity, sizeof *border->tail, &st);

@@ -26,12 +26,12 @@
 typedef struct tli_border {
     uint32_t vert_count, tet_count;       /* so far */
     uint32_t vert_capacity, tet_capacity; /* of the arrays */
-    uint16_t (*tets)[4];                  /* [tet] */
-    uint32_t (*opposite)[4];              /* [tet] */
-    uint32_t (*fans)[16];                 /* [tet] other end of the fan, for slots of open faces */
-    uint32_t *next;                       /* [4 * tet] the face that waits behind this one */
-    uint32_t *head, *tail;                /* [vertex] the first and last that waits, or TL_NONE */
-    uint64_t *waiting;                    /* a bit a vertex: may have faces that wait */
+    uint16_t *tets;                       /* [4 * tet] */
+    uint32_t *opposite;                   /* [4 * tet] */
+    uint32_t *fans;        /* [16 * tet] other end of the fan, for slots of open faces */
+    uint32_t *next;        /* [4 * tet] the face that waits behind this one */
+    uint32_t *head, *tail; /* [vertex] the first and last that waits, or TL_NONE */
+    uint64_t *waiting;     /* a bit a vertex: may have faces that wait */
 } tli_border;
 
 /* What is known when a face has its turn. Index 0 stands for edge ab (opposite p), 1 for pb, 2 for
@@ -58,7 +58,7 @@ void tli_border_close(tl_ctx *ctx, tli_border *border);
 /* Joins the fans that end in slots a and b, as their faces become one. */
 static inline void border_join_fans(tli_border *b, uint32_t slot_a, uint32_t slot_b)
 {
-    uint32_t *fans = *b->fans;
+    uint32_t *fans = b->fans;
     uint32_t far_a = fans[slot_a], far_b = fans[slot_b];
     uint32_t count = (far_a >> FAN_SLOT_BITS) + (far_b >> FAN_SLOT_BITS);
     count = (count < FAN_COUNT_MAX ? count : FAN_COUNT_MAX) << FAN_SLOT_BITS;
@@ -71,7 +71,7 @@ static inline void border_join_fans(tli_border *b, uint32_t slot_a, uint32_t slo
 /* Lets face of tet wait at the smallest of its vertices. */
 static inline void border_wait(tli_border *b, uint32_t tet, uint32_t face)
 {
-    const uint16_t *corners = b->tets[tet];
+    const uint16_t *corners = b->tets + 4 * (size_t)tet;
     const uint8_t *turn = tli_border_corners[face][(face + 1) & 3];
     uint32_t least = corners[turn[0]];
     if (corners[turn[1]] < least) least = corners[turn[1]];
@@ -91,16 +91,17 @@ static inline uint32_t border_add_tet(tli_border *b, uint32_t v0, uint32_t v1, u
                                       uint32_t v3)
 {
     uint32_t tet = b->tet_count++, first = 16 * tet | 1u << FAN_SLOT_BITS;
-    uint32_t *fans = b->fans[tet];
+    uint32_t *fans = b->fans + 16 * (size_t)tet;
+    uint16_t *corners = b->tets + 4 * (size_t)tet;
     for (uint32_t face = 0; face < 4; face++) {
-        b->opposite[tet][face] = BORDER_OPEN;
+        b->opposite[4 * tet + face] = BORDER_OPEN;
         for (uint32_t corner = 0; corner < 4; corner++)
             fans[4 * face + corner] = first + 4 * corner + face;
     }
-    b->tets[tet][0] = (uint16_t)v0;
-    b->tets[tet][1] = (uint16_t)v1;
-    b->tets[tet][2] = (uint16_t)v2;
-    b->tets[tet][3] = (uint16_t)v3;
+    corners[0] = (uint16_t)v0;
+    corners[1] = (uint16_t)v1;
+    corners[2] = (uint16_t)v2;
+    corners[3] = (uint16_t)v3;
     return tet;
 }
 
@@ -108,7 +109,7 @@ static inline uint32_t border_add_tet(tli_border *b, uint32_t v0, uint32_t v1, u
 static inline void border_look(const tli_border *b, uint32_t p, uint32_t face, tli_gate *gate)
 {
     uint32_t tet = face >> 2, f = face & 3;
-    const uint16_t *corners = b->tets[tet];
+    const uint16_t *corners = b->tets + 4 * (size_t)tet;
     uint32_t first = (f + 1) & 3;
     first = corners[first] == p ? first : corners[(f + 2) & 3] == p ? (f + 2) & 3 : (f + 3) & 3;
     const uint8_t *turn = tli_border_corners[f][first];
@@ -116,23 +117,23 @@ static inline void border_look(const tli_border *b, uint32_t p, uint32_t face, t
     gate->face = f;
     gate->open = 0;
     for (uint32_t k = 0; k < 3; k++) {
-        uint32_t slot = 16 * tet + 4 * f + turn[k], far = (*b->fans)[slot];
+        uint32_t slot = 16 * tet + 4 * f + turn[k], far = b->fans[slot];
         uint32_t end = far & FAN_SLOT;
         gate->vertex[k] = corners[turn[k]];
         gate->slot[k] = slot;
         gate->end[k] = end;
         gate->fan[k] = far >> FAN_SLOT_BITS;
-        gate->apex[k] = (*b->tets)[4 * (end >> 4) + (end & 3)];
-        gate->open |= (uint32_t)((*b->opposite)[end >> 2] == BORDER_OPEN) << k;
+        gate->apex[k] = b->tets[4 * (end >> 4) + (end & 3)];
+        gate->open |= (uint32_t)(b->opposite[end >> 2] == BORDER_OPEN) << k;
     }
 }
 
 /* True if face is open and has the gate's vertices, seen from the other side. */
 static inline bool border_is_reverse(const tli_border *b, const tli_gate *gate, uint32_t face)
 {
-    const uint16_t *corners = b->tets[face >> 2];
+    const uint16_t *corners = b->tets + 4 * (size_t)(face >> 2);
     uint32_t f = face & 3, first = (f + 1) & 3;
-    if ((*b->opposite)[face] != BORDER_OPEN) return false;
+    if (b->opposite[face] != BORDER_OPEN) return false;
     while (corners[first] != gate->vertex[0])
         if ((first = (first + 1) & 3) == f) return false;
     const uint8_t *turn = tli_border_corners[f][first];
@@ -148,11 +149,11 @@ static inline uint32_t border_umbrella(const tli_border *b, const tli_gate *gate
     uint32_t pivot = gate->vertex[k], end = gate->end[k == 2 ? 0 : k + 1], count = 0;
     uint32_t start = 4 * gate->tet + gate->face;
     while (end >> 2 != start && count < UMBRELLA_MAX) {
-        const uint16_t *corners = b->tets[end >> 4];
+        const uint16_t *corners = b->tets + 4 * (size_t)(end >> 4);
         uint32_t face = end >> 2 & 3, apex = end & 3, other = 0;
         while (other == face || other == apex || corners[other] == pivot) other++;
         vertices[count++] = corners[apex];
-        end = (*b->fans)[4 * (end >> 2) + other] & FAN_SLOT;
+        end = b->fans[4 * (end >> 2) + other] & FAN_SLOT;
     }
     return count;
 }
@@ -160,13 +161,13 @@ static inline uint32_t border_umbrella(const tli_border *b, const tli_gate *gate
 /* Makes the gate and an open face with the same vertices, reversed, the two sides of one. */
 static inline void border_glue(tli_border *b, const tli_gate *gate, uint32_t face)
 {
-    const uint16_t *corners = b->tets[face >> 2];
+    const uint16_t *corners = b->tets + 4 * (size_t)(face >> 2);
     for (uint32_t k = 0; k < 3; k++)
         for (uint32_t j = 0; j < 4; j++)
             if (j != (face & 3) && corners[j] == gate->vertex[k])
                 border_join_fans(b, gate->slot[k], 4 * face + j);
-    b->opposite[gate->tet][gate->face] = face;
-    (*b->opposite)[face] = 4 * gate->tet + gate->face;
+    b->opposite[4 * gate->tet + gate->face] = face;
+    b->opposite[face] = 4 * gate->tet + gate->face;
 }
 
 /* Adds the tet (p, a, b, d) beyond the gate. mask, bit k: its face over edge k is the other side of
@@ -175,12 +176,12 @@ static inline uint32_t border_grow(tli_border *b, const tli_gate *gate, uint32_t
 {
     uint32_t tet = border_add_tet(b, gate->vertex[0], gate->vertex[1], gate->vertex[2], d);
     for (uint32_t k = 0; k < 3; k++) border_join_fans(b, gate->slot[k], 16 * tet + 12 + k);
-    b->opposite[tet][3] = 4 * gate->tet + gate->face;
-    b->opposite[gate->tet][gate->face] = 4 * tet + 3;
+    b->opposite[4 * tet + 3] = 4 * gate->tet + gate->face;
+    b->opposite[4 * gate->tet + gate->face] = 4 * tet + 3;
     for (uint32_t k = 0; k < 3; k++) {
         if (!(mask >> k & 1)) continue;
         uint32_t end = gate->end[k], face = end >> 2, other = end >> 4;
-        const uint16_t *corners = b->tets[other];
+        const uint16_t *corners = b->tets + 4 * (size_t)other;
         uint32_t i = k == 0 ? 1 : 0, j = 3 - k - i; /* the other two of 0, 1, 2 */
         uint32_t m = 0, n;                          /* corners of the face that are vertices i, j */
         while (m == (face & 3) || m == (end & 3)) m++;
@@ -193,8 +194,8 @@ static inline uint32_t border_grow(tli_border *b, const tli_gate *gate, uint32_t
         /* The fan of edge k itself is closed by this; it ends nowhere any more. */
         border_join_fans(b, 16 * tet + 4 * k + i, 4 * face + m);
         border_join_fans(b, 16 * tet + 4 * k + j, 4 * face + n);
-        b->opposite[tet][k] = face;
-        (*b->opposite)[face] = 4 * tet + k;
+        b->opposite[4 * tet + k] = face;
+        b->opposite[face] = 4 * tet + k;
     }
     for (uint32_t k = 0; k < 3; k++)
         if (!(mask >> k & 1)) border_wait(b, tet, k);

@@ -192,10 +192,11 @@ static void sum_up(measuring *m, const tli_bits *bits, unsigned runs)
     r->region_bits = bits->regions / runs;
     for (size_t p = 0; p < m->split.patch_count; p++) {
         const tl_patch *patch = m->split.patches[p];
+        const uint32_t *opposite = patch->opposite[0];
         r->tet_count += patch->tet_count;
         r->vert_count += patch->vert_count;
         for (size_t f = 0; f < 4 * (size_t)patch->tet_count; f++)
-            r->border_face_count += (*patch->opposite)[f] == TL_NONE;
+            r->border_face_count += opposite[f] == TL_NONE;
         r->topology_bytes += (double)m->blobs[p * (1 + m->channel_count)].count;
         for (size_t c = 0; c < m->channel_count; c++)
             r->channel_bytes += (double)m->blobs[p * (1 + m->channel_count) + 1 + c].count;

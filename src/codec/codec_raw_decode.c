@@ -16,13 +16,15 @@ static size_t raw_bytes(const tl_patch *patch, unsigned flags)
 static const char *fill(const uint8_t *at, unsigned flags, tl_patch *patch)
 {
     unsigned place_bytes = flags & TOPOLOGY_WIDE ? 8 : 4;
+    uint16_t *tets = *patch->tets;
+    int64_t *places = *patch->places;
     for (size_t i = 0; i < 4 * (size_t)patch->tet_count; i++) {
-        (*patch->tets)[i] = (uint16_t)((unsigned)at[2 * i] | (unsigned)at[2 * i + 1] << 8);
-        if ((*patch->tets)[i] >= patch->vert_count) return "names a vertex that is not there";
+        tets[i] = (uint16_t)((unsigned)at[2 * i] | (unsigned)at[2 * i + 1] << 8);
+        if (tets[i] >= patch->vert_count) return "names a vertex that is not there";
     }
     at += 8 * (size_t)patch->tet_count;
     for (size_t i = 0; i < 3 * (size_t)patch->vert_count; i++)
-        (*patch->places)[i] = read_raw(at, i, place_bytes);
+        places[i] = read_raw(at, i, place_bytes);
     at += 3 * (size_t)place_bytes * patch->vert_count;
     for (size_t v = 0; v < patch->vert_count; v++, at++) {
         if (*at > 1) return "has a shared flag that is neither 0 nor 1";

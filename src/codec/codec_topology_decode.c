@@ -122,11 +122,11 @@ static void read_vertex_star(reader *r, uint32_t p)
         uint32_t face = b->head[p];
         tli_gate gate;
         b->head[p] = b->next[face];
-        if ((*b->opposite)[face] != BORDER_OPEN) continue;
+        if (b->opposite[face] != BORDER_OPEN) continue;
         border_look(b, p, face, &gate);
         uint32_t op = rans_symbol(&r->rans, r->rows[model_op_row(&gate)]);
         if (op == OP_BORDER)
-            (*b->opposite)[face] = TL_NONE;
+            b->opposite[face] = TL_NONE;
         else if (op == OP_GLUE)
             read_glue(r, &gate);
         else if (op < OP_GLUE)
@@ -167,8 +167,8 @@ static tl_status read_connectivity(tl_ctx *ctx, reader *r)
     tl_patch *patch = r->patch;
     uint32_t plain = patch->tet_count - r->odd_count;
     tl_status st = tli_border_open(ctx, patch->vert_count, patch->tet_count, &r->border);
-    patch->tets = r->border.tets;
-    patch->opposite = r->border.opposite;
+    patch->tets = (uint16_t(*)[4])(void *)r->border.tets;
+    patch->opposite = (uint32_t(*)[4])(void *)r->border.opposite;
     if (!st) {
         r->border.tet_capacity = plain;
         while (r->border.tet_count < plain && !r->wrong) {

@@ -11,9 +11,9 @@
 typedef struct walker {
     tl_ctx *ctx;
     const tl_patch *patch;
-    tl_lidx (*opposite)[4]; /* of old tets, without what the border can't link */
-    uint32_t *vert_new;     /* [old vertex] or TL_NONE */
-    uint32_t *tet_new;      /* [old tet] or TL_NONE */
+    tl_lidx *opposite;  /* of old tets, without what the border can't link */
+    uint32_t *vert_new; /* [old vertex] or TL_NONE */
+    uint32_t *tet_new;  /* [old tet] or TL_NONE */
     tli_border border;
     tli_walk *walk;
     tli_tokens *tokens;
@@ -56,7 +56,7 @@ static tl_status match_faces(walker *w)
         opposite[face] = opposite[across] = TL_NONE;
         w->walk->rematch = true;
     }
-    w->opposite = (tl_lidx(*)[4])(void *)opposite;
+    w->opposite = opposite;
     return TL_OK;
 }
 
@@ -155,7 +155,7 @@ static void grow(walker *w, const tli_gate *gate, uint32_t across)
     uint32_t old = across >> 2, corners[4] = {0}, mask = 0, row = model_op_row(gate);
     order_corners(w, gate, across, corners);
     for (uint32_t k = 0; k < 3; k++) {
-        uint32_t beyond = w->opposite[old][corners[k]];
+        uint32_t beyond = w->opposite[4 * old + corners[k]];
         bool linked =
             beyond != TL_NONE && (gate->open >> k & 1) && face_old(w, gate->end[k] >> 2) == beyond;
         mask |= (uint32_t)linked << k;
@@ -179,12 +179,12 @@ static void finish_vertex(walker *w, uint32_t p)
         uint32_t face = b->head[p];
         tli_gate gate;
         b->head[p] = b->next[face];
-        if ((*b->opposite)[face] != BORDER_OPEN) continue;
+        if (b->opposite[face] != BORDER_OPEN) continue;
         border_look(b, p, face, &gate);
-        uint32_t old = face_old(w, face), across = (*w->opposite)[old];
+        uint32_t old = face_old(w, face), across = w->opposite[old];
         if (across == TL_NONE) {
             tokens_symbol(w->tokens, model_op_row(&gate), OP_BORDER);
-            (*b->opposite)[face] = TL_NONE;
+            b->opposite[face] = TL_NONE;
         } else if (w->tet_new[across >> 2] == TL_NONE) {
             grow(w, &gate, across);
         } else {
@@ -203,7 +203,8 @@ static void walk_all(walker *w)
         if (has_vertex_twice(w->patch->tets[t])) {
             static const uint32_t straight[4] = {0, 1, 2, 3};
             record_tet(w, t, --odd_at, straight);
-            for (uint32_t face = 0; face < 4; face++) w->border.opposite[odd_at][face] = TL_NONE;
+            for (uint32_t face = 0; face < 4; face++)
+                w->border.opposite[4 * odd_at + face] = TL_NONE;
             w->walk->odd_count++;
         }
     for (uint32_t t = 0; t < w->patch->tet_count; t++) {
@@ -241,7 +242,7 @@ tl_status tli_walk_open(tl_ctx *ctx, const tl_patch *patch, tli_walk *walk, tli_
         walk_all(&w);
         st = tokens->status;
     }
-    walk->opposite = w.border.opposite;
+    walk->opposite = (uint32_t(*)[4])(void *)w.border.opposite;
     tl_mem_free(ctx, w.opposite);
     tl_mem_free(ctx, w.border.tets);
     tli_border_close(ctx, &w.border);
