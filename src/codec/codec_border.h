@@ -23,15 +23,21 @@
 #define FAN_SLOT 0x7fffffu
 #define FAN_COUNT_MAX 511u
 
+/* A face that waits: 4 * tet + face, and above these bits the corner of the tet that is its
+ * smallest vertex. */
+#define WAIT_FACE_BITS 21
+#define WAIT_FACE 0x1fffffu
+
 typedef struct tli_border {
     uint32_t vert_count, tet_count;       /* so far */
     uint32_t vert_capacity, tet_capacity; /* of the arrays */
     uint16_t *tets;                       /* [4 * tet] */
     uint32_t *opposite;                   /* [4 * tet] */
-    uint32_t *fans;        /* [16 * tet] other end of the fan, for slots of open faces */
-    uint32_t *next;        /* [4 * tet] the face that waits behind this one */
-    uint32_t *head, *tail; /* [vertex] the first and last that waits, or TL_NONE */
-    uint64_t *waiting;     /* a bit a vertex: may have faces that wait */
+    uint32_t *fans;    /* [16 * tet] other end of the fan, for slots of faces that are not glued */
+    uint32_t *next;    /* [4 * tet] what waits behind this face */
+    uint32_t *head;    /* [vertex] the first that waits, or TL_NONE */
+    uint32_t *tail;    /* [vertex] the last, if there is one */
+    uint64_t *waiting; /* a bit a vertex: may have faces that wait */
 } tli_border;
 
 /* What is known when a face has its turn. Index 0 stands for edge ab (opposite p), 1 for pb, 2 for
@@ -72,16 +78,14 @@ static inline void border_join_fans(tli_border *b, uint32_t slot_a, uint32_t slo
 static inline void border_wait(tli_border *b, uint32_t tet, uint32_t face)
 {
     const uint16_t *corners = b->tets + 4 * (size_t)tet;
-    const uint8_t *turn = tli_border_corners[face][(face + 1) & 3];
-    uint32_t least = corners[turn[0]];
-    if (corners[turn[1]] < least) least = corners[turn[1]];
-    if (corners[turn[2]] < least) least = corners[turn[2]];
-    b->next[4 * tet + face] = TL_NONE;
-    if (b->head[least] == TL_NONE)
-        b->head[least] = 4 * tet + face;
-    else
-        b->next[b->tail[least]] = 4 * tet + face;
-    b->tail[least] = 4 * tet + face;
+    uint32_t i = (face + 1) & 3, j = (face + 2) & 3, k = (face + 3) & 3;
+    uint32_t first = corners[i] < corners[j] ? i : j;
+    first = corners[k] < corners[first] ? k : first;
+    uint32_t least = corners[first], waits = 4 * tet + face, *last = &b->head[least];
+    b->next[waits] = TL_NONE;
+    last = *last == TL_NONE ? last : &b->next[b->tail[least]];
+    b->tail[least] = waits;
+    *last = waits | first << WAIT_FACE_BITS;
     b->waiting[least >> 6] |= (uint64_t)1 << (least & 63);
 }
 
@@ -105,39 +109,34 @@ static inline uint32_t border_add_tet(tli_border *b, uint32_t v0, uint32_t v1, u
     return tet;
 }
 
-/* What is around an open face that has its turn at vertex p. */
-static inline void border_look(const tli_border *b, uint32_t p, uint32_t face, tli_gate *gate)
+/* What is around an open face that waited. */
+static inline void border_look(const tli_border *b, uint32_t waits, tli_gate *gate)
 {
-    uint32_t tet = face >> 2, f = face & 3;
-    const uint16_t *corners = b->tets + 4 * (size_t)tet;
-    uint32_t first = (f + 1) & 3;
-    first = corners[first] == p ? first : corners[(f + 2) & 3] == p ? (f + 2) & 3 : (f + 3) & 3;
-    const uint8_t *turn = tli_border_corners[f][first];
-    gate->tet = tet;
-    gate->face = f;
+    uint32_t face = waits & WAIT_FACE;
+    const uint16_t *corners = b->tets + (face & ~3u);
+    const uint8_t *turn = tli_border_corners[face & 3][waits >> WAIT_FACE_BITS];
+    gate->tet = face >> 2;
+    gate->face = face & 3;
     gate->open = 0;
     for (uint32_t k = 0; k < 3; k++) {
-        uint32_t slot = 16 * tet + 4 * f + turn[k], far = b->fans[slot];
-        uint32_t end = far & FAN_SLOT;
+        uint32_t slot = 4 * face + turn[k], far = b->fans[slot], end = far & FAN_SLOT;
         gate->vertex[k] = corners[turn[k]];
         gate->slot[k] = slot;
         gate->end[k] = end;
         gate->fan[k] = far >> FAN_SLOT_BITS;
-        gate->apex[k] = b->tets[4 * (end >> 4) + (end & 3)];
+        gate->apex[k] = b->tets[(end >> 2 & ~3u) + (end & 3)];
         gate->open |= (uint32_t)(b->opposite[end >> 2] == BORDER_OPEN) << k;
     }
 }
 
-/* True if face is open and has the gate's vertices, seen from the other side. */
-static inline bool border_is_reverse(const tli_border *b, const tli_gate *gate, uint32_t face)
+/* True if what waits at p is open and has the gate's vertices, seen from the other side. */
+static inline bool border_is_reverse(const tli_border *b, const tli_gate *gate, uint32_t waits)
 {
-    const uint16_t *corners = b->tets + 4 * (size_t)(face >> 2);
-    uint32_t f = face & 3, first = (f + 1) & 3;
-    if (b->opposite[face] != BORDER_OPEN) return false;
-    while (corners[first] != gate->vertex[0])
-        if ((first = (first + 1) & 3) == f) return false;
-    const uint8_t *turn = tli_border_corners[f][first];
-    return corners[turn[1]] == gate->vertex[2] && corners[turn[2]] == gate->vertex[1];
+    uint32_t face = waits & WAIT_FACE;
+    const uint16_t *corners = b->tets + (face & ~3u);
+    const uint8_t *turn = tli_border_corners[face & 3][waits >> WAIT_FACE_BITS];
+    return b->opposite[face] == BORDER_OPEN && corners[turn[1]] == gate->vertex[2] &&
+           corners[turn[2]] == gate->vertex[1];
 }
 
 /* The vertices around the gate's vertex k along faces that are not glued, from the face beyond one
@@ -146,26 +145,27 @@ static inline bool border_is_reverse(const tli_border *b, const tli_gate *gate, 
 static inline uint32_t border_umbrella(const tli_border *b, const tli_gate *gate, uint32_t k,
                                        uint32_t vertices[UMBRELLA_MAX])
 {
-    uint32_t pivot = gate->vertex[k], end = gate->end[k == 2 ? 0 : k + 1], count = 0;
+    uint32_t end = gate->end[k == 2 ? 0 : k + 1], count = 0;
     uint32_t start = 4 * gate->tet + gate->face;
     while (end >> 2 != start && count < UMBRELLA_MAX) {
-        const uint16_t *corners = b->tets + 4 * (size_t)(end >> 4);
-        uint32_t face = end >> 2 & 3, apex = end & 3, other = 0;
-        while (other == face || other == apex || corners[other] == pivot) other++;
-        vertices[count++] = corners[apex];
-        end = b->fans[4 * (end >> 2) + other] & FAN_SLOT;
+        uint32_t face = end >> 2 & 3, apex = end & 3;
+        vertices[count++] = b->tets[(end >> 2 & ~3u) + apex];
+        /* All tets turn alike, so the vertex in the middle lies on the same side of each apex. */
+        end = b->fans[(end & ~3u) + tli_border_corners[face][apex][2]] & FAN_SLOT;
     }
     return count;
 }
 
-/* Makes the gate and an open face with the same vertices, reversed, the two sides of one. */
-static inline void border_glue(tli_border *b, const tli_gate *gate, uint32_t face)
+/* Makes the gate and what waits, an open face with the same vertices reversed, the two sides of
+ * one.
+ */
+static inline void border_glue(tli_border *b, const tli_gate *gate, uint32_t waits)
 {
-    const uint16_t *corners = b->tets + 4 * (size_t)(face >> 2);
-    for (uint32_t k = 0; k < 3; k++)
-        for (uint32_t j = 0; j < 4; j++)
-            if (j != (face & 3) && corners[j] == gate->vertex[k])
-                border_join_fans(b, gate->slot[k], 4 * face + j);
+    uint32_t face = waits & WAIT_FACE;
+    const uint8_t *turn = tli_border_corners[face & 3][waits >> WAIT_FACE_BITS];
+    border_join_fans(b, gate->slot[0], 4 * face + turn[0]);
+    border_join_fans(b, gate->slot[1], 4 * face + turn[2]);
+    border_join_fans(b, gate->slot[2], 4 * face + turn[1]);
     b->opposite[4 * gate->tet + gate->face] = face;
     b->opposite[face] = 4 * gate->tet + gate->face;
 }
@@ -180,20 +180,13 @@ static inline uint32_t border_grow(tli_border *b, const tli_gate *gate, uint32_t
     b->opposite[4 * gate->tet + gate->face] = 4 * tet + 3;
     for (uint32_t k = 0; k < 3; k++) {
         if (!(mask >> k & 1)) continue;
-        uint32_t end = gate->end[k], face = end >> 2, other = end >> 4;
-        const uint16_t *corners = b->tets + 4 * (size_t)other;
-        uint32_t i = k == 0 ? 1 : 0, j = 3 - k - i; /* the other two of 0, 1, 2 */
-        uint32_t m = 0, n;                          /* corners of the face that are vertices i, j */
-        while (m == (face & 3) || m == (end & 3)) m++;
-        n = 6 - (face & 3) - (end & 3) - m;
-        if (corners[m] != gate->vertex[i]) {
-            uint32_t kept = m;
-            m = n;
-            n = kept;
-        }
-        /* The fan of edge k itself is closed by this; it ends nowhere any more. */
-        border_join_fans(b, 16 * tet + 4 * k + i, 4 * face + m);
-        border_join_fans(b, 16 * tet + 4 * k + j, 4 * face + n);
+        /* Both faces, turned from d on, which is corner 3 of the new one: one runs against the
+         * other. The fan of edge k itself is closed by this and ends nowhere any more. */
+        uint32_t end = gate->end[k], face = end >> 2;
+        const uint8_t *mine = tli_border_corners[k][3];
+        const uint8_t *other = tli_border_corners[face & 3][end & 3];
+        border_join_fans(b, 16 * tet + 4 * k + mine[1], 4 * face + other[2]);
+        border_join_fans(b, 16 * tet + 4 * k + mine[2], 4 * face + other[1]);
         b->opposite[4 * tet + k] = face;
         b->opposite[face] = 4 * tet + k;
     }

@@ -8,14 +8,19 @@
 
 /* Relative to the spread of the elders along an axis: below, their gradient is not believed. */
 #define FIT_RIDGE 0x1p-8
+/* In squared units of the images, below what any two places differ by: keeps 0 from being divided
+ * by.
+ */
+#define FIT_LEAST 0x1p-20
 /* Beyond it a prediction is no number of use. */
 #define EXPECTED_MAX 0x1p62
 
-static void add_elder(tli_elders *elders, uint32_t element)
+/* Counts an element once: seen by its vertex. */
+static inline void add_elder(tli_elders *elders, uint32_t *seen, uint32_t vertex, uint32_t element)
 {
-    for (uint32_t i = 0; i < elders->count; i++)
-        if (elders->element[i] == element) return;
-    if (elders->count < ELDERS_MAX) elders->element[elders->count++] = element;
+    elders->element[elders->count] = element;
+    elders->count += seen[element] != vertex && elders->count < ELDERS_MAX - 1;
+    seen[element] = vertex;
 }
 
 static void gather(const tli_kin *kin, uint32_t vertex, tli_elders *elders)
@@ -23,17 +28,12 @@ static void gather(const tli_kin *kin, uint32_t vertex, tli_elders *elders)
     elders->count = 0;
     for (uint32_t t = kin->first[vertex]; t != TL_NONE; t = kin->next[t]) {
         const uint16_t *tet = kin->patch->tets[t];
-        for (uint32_t c = 0; c < 4; c++) {
-            uint32_t across, elder;
-            if (tet[c] != vertex) {
-                add_elder(elders, tet[c]);
-                continue;
-            }
-            across = kin->patch->opposite[t][c];
-            if (across == TL_NONE) continue;
-            elder = kin->patch->tets[across >> 2][across & 3];
-            if (elder < vertex) add_elder(elders, elder);
-        }
+        uint32_t corner = kin_corner(tet, vertex), across = kin->patch->opposite[t][corner], elder;
+        for (uint32_t c = 1; c < 4; c++)
+            add_elder(elders, kin->seen, vertex, tet[(corner + c) & 3]);
+        if (across == TL_NONE) continue;
+        elder = kin->patch->tets[across >> 2][across & 3];
+        if (elder < vertex) add_elder(elders, kin->seen, vertex, elder);
     }
 }
 
@@ -52,26 +52,27 @@ static void solve(double c[3][3], double b[3])
     }
 }
 
-/* Weights of the value at the origin of a function that is fitted at x [count]. */
+/* Weights of the value at the origin of a linear function that is fitted at x [count]. */
 static void fit(const double (*x)[3], uint32_t count, double *weights)
 {
-    double mean[3] = {0, 0, 0}, spread[3][3] = {{0}}, slope[3];
+    double sum[3] = {0, 0, 0}, c[3][3] = {{0}}, slope[3], part = 1.0 / count, start = part;
     for (uint32_t i = 0; i < count; i++)
-        for (int a = 0; a < 3; a++) mean[a] += x[i][a];
-    for (int a = 0; a < 3; a++) mean[a] /= count;
-    for (uint32_t i = 0; i < count; i++)
-        for (int a = 0; a < 3; a++)
-            for (int b = 0; b < 3; b++) spread[a][b] += (x[i][a] - mean[a]) * (x[i][b] - mean[b]);
+        for (int a = 0; a < 3; a++) {
+            sum[a] += x[i][a];
+            for (int b = a; b < 3; b++) c[a][b] += x[i][a] * x[i][b];
+        }
     for (int a = 0; a < 3; a++) {
-        spread[a][a] = spread[a][a] * (1 + FIT_RIDGE) + 1e-300;
-        slope[a] = mean[a];
+        slope[a] = sum[a] * part;
+        for (int b = a; b < 3; b++) {
+            c[a][b] -= sum[a] * (sum[b] * part);
+            c[b][a] = c[a][b];
+        }
+        c[a][a] = fabs(c[a][a]) * (1 + FIT_RIDGE) + FIT_LEAST;
     }
-    solve(spread, slope);
-    for (uint32_t i = 0; i < count; i++) {
-        double along = 0;
-        for (int a = 0; a < 3; a++) along += (x[i][a] - mean[a]) * slope[a];
-        weights[i] = 1.0 / count - along;
-    }
+    solve(c, slope);
+    for (int a = 0; a < 3; a++) start += sum[a] * part * slope[a];
+    for (uint32_t i = 0; i < count; i++)
+        weights[i] = start - (x[i][0] * slope[0] + x[i][1] * slope[1] + x[i][2] * slope[2]);
 }
 
 void tli_kin_elders(const tli_kin *kin, uint32_t vertex, tli_elders *elders)

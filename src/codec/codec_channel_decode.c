@@ -2,16 +2,16 @@
 #include "codec/codec_channel.h"
 #include "codec/codec_read.h"
 
-static const char *read_element(tli_rans *rans, const int16_t (*rows)[RANS_SYMBOLS],
-                                uint32_t first_row, const tli_elders *elders, uint32_t element,
-                                uint32_t components, unsigned flags, tli_scale *scales,
-                                int64_t *values)
+static const char *read_element(tli_rans *rans, const tli_table *table, uint32_t first_row,
+                                const tli_elders *elders, uint32_t element, uint32_t components,
+                                unsigned flags, tli_scale *scales, int64_t *values)
 {
     for (uint32_t c = 0; c < components; c++) {
         int64_t *value = &values[(size_t)element * components + c];
         int64_t previous = element ? values[(size_t)(element - 1) * components + c] : 0;
         uint32_t kind = VALUE_FINITE;
-        if (flags & CHANNEL_NONFINITE) kind = rans_symbol(rans, rows[first_row + NUMBER_ROWS]);
+        if (flags & CHANNEL_NONFINITE)
+            kind = rans_symbol(rans, codec_row(table, first_row + NUMBER_ROWS));
         if (kind > VALUE_OTHER_COUNT) return "has a value of no kind";
         if (kind != VALUE_FINITE) {
             *value = INT64_MIN + (int64_t)(kind - 1);
@@ -19,14 +19,14 @@ static const char *read_element(tli_rans *rans, const int16_t (*rows)[RANS_SYMBO
         }
         tli_expected expected = tli_elders_expect(elders, values, components, c, previous);
         int64_t beside =
-            read_number(rans, rows, first_row, &scales[channel_scale(c)], expected.around);
+            read_number(rans, table, first_row, &scales[channel_scale(c)], expected.around);
         *value = (int64_t)((uint64_t)expected.value + (uint64_t)beside);
     }
     return NULL;
 }
 
 static tl_status read_stream(tl_ctx *ctx, const tl_patch *patch, tli_rans *rans,
-                             const int16_t (*rows)[RANS_SYMBOLS], uint32_t first_row, tl_on on,
+                             const tli_table *table, uint32_t first_row, tl_on on,
                              uint32_t components, unsigned flags, int64_t *values,
                              const char **wrong)
 {
@@ -40,7 +40,8 @@ static tl_status read_stream(tl_ctx *ctx, const tl_patch *patch, tli_rans *rans,
             tli_kin_elders(&kin, e, &elders);
         else
             tli_tet_elders(patch, e, &elders);
-        *wrong = read_element(rans, rows, first_row, &elders, e, components, flags, scales, values);
+        *wrong =
+            read_element(rans, table, first_row, &elders, e, components, flags, scales, values);
     }
     tli_kin_close(ctx, &kin);
     if (!st && !*wrong && !rans_is_done(rans, false)) *wrong = "does not end where its values end";
@@ -84,8 +85,8 @@ tl_status tl_channel_decode(tl_ctx *ctx, const tl_codec *codec, unsigned class_,
     else if (!rans_begin(&rans, bytes + CHANNEL_HEAD_BYTES, byte_count - CHANNEL_HEAD_BYTES))
         wrong = "ends before its stream begins";
     else
-        st = read_stream(ctx, patch, &rans, codec_rows(codec, class_), codec_channel_row(channel),
-                         on, components, flags, values, &wrong);
+        st = read_stream(ctx, patch, &rans, &codec->tables[class_], codec_channel_row(channel), on,
+                         components, flags, values, &wrong);
     if (!st && wrong)
         st =
             tl_fail(ctx, TL_ERR_FORMAT, "channel %zu of %zu bytes for %u elements of %u numbers %s",

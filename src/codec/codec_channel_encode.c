@@ -75,7 +75,7 @@ tl_status tli_channel_encode(tl_ctx *ctx, const tl_codec *codec, unsigned class_
     if (!st && (head[1] & CHANNEL_CONSTANT))
         st = tli_raw_append(out, values, components, 8);
     else if (!st)
-        st = tli_tokens_write(&tokens, codec_rows(codec, class_), out);
+        st = tli_tokens_write(&tokens, &codec->tables[class_], out);
     if (st) out->count = before;
     tli_tokens_close(&tokens);
     return st;

@@ -10,11 +10,17 @@ typedef struct tli_kin {
     const tl_patch *patch; /* tets and opposite */
     uint32_t *first;       /* [vertex] a tet, or TL_NONE */
     uint32_t *next;        /* [tet] */
+    uint32_t *seen;        /* [vertex] by which vertex it was counted last */
 } tli_kin;
 
 /* patch is borrowed and has its opposite faces. Tets with a vertex twice are no kin. */
 tl_status tli_kin_open(tl_ctx *ctx, const tl_patch *patch, tli_kin *kin);
 void tli_kin_close(tl_ctx *ctx, tli_kin *kin);
+
+static inline uint32_t kin_corner(const uint16_t tet[4], uint32_t vertex)
+{
+    return tet[3] == vertex ? 3 : tet[2] == vertex ? 2 : tet[1] == vertex ? 1 : 0;
+}
 
 /* What is expected of the place of a vertex whose elders have theirs. */
 typedef struct tli_guess {

@@ -75,18 +75,25 @@ enum {
 /* [open][same apexes]: the state of a gate. */
 extern const uint8_t tli_op_states[8][8];
 
+/* The tables of a class. Most rows are those of their group, so that what is in use stays in the
+ * cache: row_of [row] is the place of a row in rows. */
+typedef struct tli_table {
+    uint16_t *row_of;
+    int16_t (*rows)[RANS_SYMBOLS];
+} tli_table;
+
+static inline const int16_t *codec_row(const tli_table *table, uint32_t row)
+{
+    return table->rows[table->row_of[row]];
+}
+
 struct tl_codec {
     tl_lattice lattice;
     tli_coded_channel *channels;
     size_t channel_count;
     size_t row_count;
-    int16_t (*rows[TL_CLASS_COUNT])[RANS_SYMBOLS];
+    tli_table tables[TL_CLASS_COUNT];
 };
-
-static inline const int16_t (*codec_rows(const tl_codec *codec, unsigned class_))[RANS_SYMBOLS]
-{
-    return (const int16_t(*)[RANS_SYMBOLS])codec->rows[class_];
-}
 
 static inline uint32_t codec_channel_row(size_t channel)
 {

@@ -76,7 +76,8 @@ static inline uint32_t rans_symbol(tli_rans *rans, const int16_t row[RANS_SYMBOL
     uint32_t symbol = 0;
     for (int i = 0; i < RANS_SYMBOLS; i++) symbol += (int)position > row[i];
 #endif
-    uint32_t first = symbol ? (uint32_t)row[symbol - 1] + 1 : 0;
+    /* In front of the first symbol stands the last one, which ends where positions start again. */
+    uint32_t first = ((uint32_t)row[(symbol - 1) & (RANS_SYMBOLS - 1)] + 1) & (RANS_ONE - 1);
     uint32_t width = (uint32_t)row[symbol] + 1 - first;
     rans->state = (rans->state >> RANS_BITS) * width + position - first;
     rans_fill(rans);

@@ -6,11 +6,11 @@
 #include "codec/codec_rans.h"
 
 /* As tokens_number. Inline: it is asked for every coordinate and value. */
-static inline int64_t read_number(tli_rans *rans, const int16_t (*rows)[RANS_SYMBOLS],
-                                  uint32_t first_row, tli_scale *scale, uint32_t around)
+static inline int64_t read_number(tli_rans *rans, const tli_table *table, uint32_t first_row,
+                                  tli_scale *scale, uint32_t around)
 {
     uint32_t quarters = scale_expect(scale, around), length = 0;
-    uint32_t symbol = rans_symbol(rans, rows[number_row(first_row, quarters)]);
+    uint32_t symbol = rans_symbol(rans, codec_row(table, number_row(first_row, quarters)));
     uint64_t magnitude = 0, bits = 0;
     if (symbol == NUMBER_ESCAPE)
         length = (uint32_t)rans_raw(rans, NUMBER_ESCAPE_BITS);

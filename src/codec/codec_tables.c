@@ -92,7 +92,8 @@ tl_status tli_codec_create(tl_ctx *ctx, const tl_lattice *lattice,
     made->row_count = codec_channel_row(channel_count);
     made->channels = tl_mem_alloc(ctx, channel_count, sizeof *made->channels, &st);
     for (unsigned k = 0; k < TL_CLASS_COUNT; k++)
-        made->rows[k] = tl_mem_alloc(ctx, made->row_count, sizeof *made->rows[k], &st);
+        made->tables[k].row_of =
+            tl_mem_alloc(ctx, made->row_count, sizeof *made->tables[k].row_of, &st);
     if (!st && channel_count)
         memcpy(made->channels, channels, channel_count * sizeof *made->channels);
     if (st)
@@ -105,7 +106,10 @@ tl_status tli_codec_create(tl_ctx *ctx, const tl_lattice *lattice,
 void tl_codec_destroy(tl_ctx *ctx, tl_codec *codec)
 {
     if (!codec) return;
-    for (unsigned k = 0; k < TL_CLASS_COUNT; k++) tl_mem_free(ctx, codec->rows[k]);
+    for (unsigned k = 0; k < TL_CLASS_COUNT; k++) {
+        tl_mem_free(ctx, codec->tables[k].row_of);
+        tl_mem_free(ctx, codec->tables[k].rows);
+    }
     tl_mem_free(ctx, codec->channels);
     tl_mem_free(ctx, codec);
 }
@@ -138,19 +142,41 @@ static void take_distribution(bit_reader *r, tli_distribution *distribution)
             distribution->level[s] = (uint8_t)take(r, DISTRIBUTION_BITS);
 }
 
-static void take_class(bit_reader *r, tl_codec *codec, unsigned class_)
+/* Fills a table, whose rows have room for those of all groups and elements. */
+static size_t take_class(bit_reader *r, size_t channel_count, tli_table *table)
 {
     tli_row_group group;
-    for (size_t g = 0; tli_row_group_at(g, codec->channel_count, &group); g++) {
+    size_t count = 0;
+    for (size_t g = 0; tli_row_group_at(g, channel_count, &group); g++) {
         tli_distribution common = {0}, own;
         bool present = take(r, 1);
+        size_t common_at = count++;
         if (present) take_distribution(r, &common);
+        tli_distribution_row(&common, table->rows[common_at]);
         for (uint32_t i = 0; i < group.count; i++) {
             bool has_own = present && group.count > 1 && take(r, 1);
-            if (has_own) take_distribution(r, &own);
-            tli_distribution_row(has_own ? &own : &common, codec->rows[class_][group.first + i]);
+            table->row_of[group.first + i] = (uint16_t)(has_own ? count : common_at);
+            if (!has_own) continue;
+            take_distribution(r, &own);
+            tli_distribution_row(&own, table->rows[count++]);
         }
     }
+    return count;
+}
+
+/* All classes; their rows take as much memory as they need. */
+static tl_status take_tables(tl_ctx *ctx, bit_reader *r, tl_codec *codec)
+{
+    tl_status st = TL_OK;
+    size_t most = 2 * codec->row_count; /* a group has a row at least */
+    for (unsigned k = 0; k < TL_CLASS_COUNT && !st; k++) {
+        tli_table *table = &codec->tables[k];
+        table->rows = tl_mem_alloc(ctx, most, sizeof *table->rows, &st);
+        if (st) break;
+        size_t count = take_class(r, codec->channel_count, table);
+        table->rows = tl_mem_resize(ctx, table->rows, count, sizeof *table->rows, &st);
+    }
+    return st;
 }
 
 static double step_of(int64_t bits)
@@ -192,7 +218,8 @@ static tl_status read_all(tl_ctx *ctx, const uint8_t *bytes, size_t byte_count, 
     tl_mem_free(ctx, channels);
     if (st || *wrong) return st;
     bit_reader r = {bytes + tables_ofs, 0, 8 * (byte_count - tables_ofs), false};
-    for (unsigned k = 0; k < TL_CLASS_COUNT; k++) take_class(&r, *codec, k);
+    st = take_tables(ctx, &r, *codec);
+    if (st) return st;
     if (r.overrun)
         *wrong = "end inside a table";
     else if (r.bit_count - r.bit >= 8 || take(&r, (unsigned)(r.bit_count - r.bit)))

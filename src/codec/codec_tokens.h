@@ -5,7 +5,7 @@
 #define TETRALOD_SRC_CODEC_TOKENS_H
 
 #include "codec/codec.h"
-#include "codec/codec_rans.h"
+#include "codec/codec_model.h"
 
 /* A token of raw bits: flag, how many (1 .. 16), the bits. Of a symbol: 16 * row + symbol. */
 #define TOKEN_RAW 0x80000000u
@@ -42,13 +42,11 @@ static inline void tokens_raw(tli_tokens *tokens, uint64_t value, uint32_t bit_c
     }
 }
 
-/* Bits that tokens [begin, end) take with the tables rows. */
-double tli_tokens_weigh(const tli_tokens *tokens, size_t begin, size_t end,
-                        const int16_t (*rows)[RANS_SYMBOLS]);
+/* Bits that tokens [begin, end) take with a table. */
+double tli_tokens_weigh(const tli_tokens *tokens, size_t begin, size_t end, const tli_table *table);
 /* Adds their symbols to counts. */
 void tli_tokens_count(const tli_tokens *tokens, uint64_t (*counts)[RANS_SYMBOLS]);
 /* Appends the stream. */
-tl_status tli_tokens_write(const tli_tokens *tokens, const int16_t (*rows)[RANS_SYMBOLS],
-                           tli_bytes *out);
+tl_status tli_tokens_write(const tli_tokens *tokens, const tli_table *table, tli_bytes *out);
 
 #endif

@@ -25,17 +25,15 @@ void tli_tokens_grow(tli_tokens *tokens)
 }
 
 /* Where a symbol lies in its row. */
-static void span_of(const int16_t (*rows)[RANS_SYMBOLS], uint32_t token, uint32_t *first,
-                    uint32_t *width)
+static void span_of(const tli_table *table, uint32_t token, uint32_t *first, uint32_t *width)
 {
-    const int16_t *row = rows[token >> 4];
+    const int16_t *row = codec_row(table, token >> 4);
     uint32_t symbol = token & 15;
     *first = symbol ? (uint32_t)row[symbol - 1] + 1 : 0;
     *width = (uint32_t)row[symbol] + 1 - *first;
 }
 
-double tli_tokens_weigh(const tli_tokens *tokens, size_t begin, size_t end,
-                        const int16_t (*rows)[RANS_SYMBOLS])
+double tli_tokens_weigh(const tli_tokens *tokens, size_t begin, size_t end, const tli_table *table)
 {
     double bits = 0;
     for (size_t i = begin; i < end && i < tokens->count; i++) {
@@ -43,7 +41,7 @@ double tli_tokens_weigh(const tli_tokens *tokens, size_t begin, size_t end,
         if (token & TOKEN_RAW) {
             bits += token >> RANS_RAW_BITS & 31;
         } else {
-            span_of(rows, token, &first, &width);
+            span_of(table, token, &first, &width);
             bits += RANS_BITS - log2(width);
         }
     }
@@ -64,8 +62,7 @@ static void put_word(uint8_t **at, uint64_t state)
     for (int i = 3; i >= 0; i--) *--*at = (uint8_t)(state >> 8 * i & 255);
 }
 
-tl_status tli_tokens_write(const tli_tokens *tokens, const int16_t (*rows)[RANS_SYMBOLS],
-                           tli_bytes *out)
+tl_status tli_tokens_write(const tli_tokens *tokens, const tli_table *table, tli_bytes *out)
 {
     uint64_t state = RANS_LOW;
     if (tokens->status) return tokens->status;
@@ -84,7 +81,7 @@ tl_status tli_tokens_write(const tli_tokens *tokens, const int16_t (*rows)[RANS_
             }
             state = state << bit_count | (token & ((1u << bit_count) - 1));
         } else {
-            span_of(rows, token, &first, &width);
+            span_of(table, token, &first, &width);
             if (state >= (RANS_LOW << (32 - RANS_BITS)) * width) {
                 put_word(&at, state);
                 state >>= 32;

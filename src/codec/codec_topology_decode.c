@@ -12,7 +12,7 @@
 /* Why a stream is none; NULL while it may be one. */
 typedef struct reader {
     tli_rans rans;
-    const int16_t (*rows)[RANS_SYMBOLS];
+    tli_table table;
     tli_border border;
     tl_patch *patch;
     uint32_t odd_count;
@@ -42,7 +42,7 @@ static void read_start(reader *r)
 {
     uint32_t v[4];
     for (uint32_t c = 0; c < 4; c++) {
-        bool is_new = rans_symbol(&r->rans, r->rows[ROW_START + c]) == 1;
+        bool is_new = rans_symbol(&r->rans, codec_row(&r->table, ROW_START + c)) == 1;
         v[c] = is_new ? new_vertex(r) : read_vertex(r, r->border.vert_count);
     }
     if (r->wrong || v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] ||
@@ -57,39 +57,29 @@ static void read_start(reader *r)
 static void read_glue(reader *r, const tli_gate *gate)
 {
     const tli_border *b = &r->border;
-    uint32_t count = 0, rank, face;
-    for (face = b->head[gate->vertex[0]]; face != TL_NONE; face = b->next[face])
-        count += border_is_reverse(b, gate, face);
+    uint32_t count = 0, rank, f;
+    for (f = b->head[gate->vertex[0]]; f != TL_NONE; f = b->next[f & WAIT_FACE])
+        count += border_is_reverse(b, gate, f);
     rank = (uint32_t)rans_raw(&r->rans, model_bits_for(count));
     if (rank >= count) {
         r->wrong = "glues a face to none";
         return;
     }
-    for (face = b->head[gate->vertex[0]];; face = b->next[face])
-        if (border_is_reverse(b, gate, face) && rank-- == 0) break;
-    border_glue(&r->border, gate, face);
+    for (f = b->head[gate->vertex[0]];; f = b->next[f & WAIT_FACE])
+        if (border_is_reverse(b, gate, f) && rank-- == 0) break;
+    border_glue(&r->border, gate, f);
 }
 
-/* The free vertex of a tet that is glued over the edges of mask; all of them must agree. */
-static uint32_t common_apex(reader *r, const tli_gate *gate, uint32_t mask)
-{
-    uint32_t k = mask & 1 ? 0 : mask & 2 ? 1 : 2, d = gate->apex[k];
-    bool agree = !(mask & ~gate->open) && (!(mask & 2) || gate->apex[1] == d) &&
-                 (!(mask & 4) || gate->apex[2] == d);
-    if (!agree || d == gate->vertex[0] || d == gate->vertex[1] || d == gate->vertex[2])
-        r->wrong = "glues a tet to faces that are not its own";
-    return d;
-}
-
+/* The vertex of a tet that is glued to nothing but the gate. */
 static uint32_t read_join(reader *r, const tli_gate *gate)
 {
     uint32_t k = 0, around[UMBRELLA_MAX], count = border_umbrella(&r->border, gate, 0, around);
-    uint32_t symbol = rans_symbol(&r->rans, r->rows[model_join_row(0, count)]);
+    uint32_t symbol = rans_symbol(&r->rans, codec_row(&r->table, model_join_row(0, count)));
     if (symbol == JOIN_NUMBER) return read_vertex(r, r->border.vert_count);
     if (symbol >= JOIN_A) {
         k = symbol == JOIN_A ? 1 : 2;
         count = border_umbrella(&r->border, gate, k, around);
-        symbol = rans_symbol(&r->rans, r->rows[model_join_row(k, count)]);
+        symbol = rans_symbol(&r->rans, codec_row(&r->table, model_join_row(k, count)));
     }
     uint32_t place = model_join_place(symbol, count);
     if (place < count) return around[place];
@@ -97,42 +87,55 @@ static uint32_t read_join(reader *r, const tli_gate *gate)
     return 0;
 }
 
-static void read_tet(reader *r, const tli_gate *gate, uint32_t op)
+/* Adds a tet if it can be one. */
+static inline void add_tet(reader *r, const tli_gate *gate, uint32_t mask, uint32_t d)
 {
-    uint32_t mask = 0, d;
-    if (op == OP_GROW) {
-        d = new_vertex(r);
-    } else if (op == OP_JOIN) {
-        d = read_join(r, gate);
-        if (d == gate->vertex[0] || d == gate->vertex[1] || d == gate->vertex[2])
-            r->wrong = "joins a tet to a vertex that it has";
-    } else {
-        mask = op - OP_GROW;
-        d = common_apex(r, gate, mask);
-    }
+    if (d == gate->vertex[0] || d == gate->vertex[1] || d == gate->vertex[2])
+        r->wrong = "joins a tet to a vertex that it has";
     if (r->border.tet_count == r->border.tet_capacity)
         r->wrong = "has more tets than its head says";
     if (!r->wrong) border_grow(&r->border, gate, mask, d);
+}
+
+/* The tet that is glued over the edges of mask, a constant: their faces are open and meet at d. */
+static inline void add_glued_tet(reader *r, const tli_gate *gate, uint32_t mask)
+{
+    uint32_t d = gate->apex[mask & 1 ? 0 : mask & 2 ? 1 : 2];
+    if ((mask & ~gate->open) || ((mask & 2) && gate->apex[1] != d) ||
+        ((mask & 4) && gate->apex[2] != d))
+        r->wrong = "glues a tet to faces that are not its own";
+    add_tet(r, gate, mask, d);
+}
+
+/* What is beyond the gate. A case for each mask, so that none is looked at bit by bit. */
+static inline void read_operation(reader *r, const tli_gate *gate)
+{
+    switch (rans_symbol(&r->rans, codec_row(&r->table, model_op_row(gate)))) {
+    case OP_BORDER: r->border.opposite[4 * gate->tet + gate->face] = TL_NONE; break;
+    case OP_GROW: add_tet(r, gate, 0, new_vertex(r)); break;
+    case OP_GROW + 1: add_glued_tet(r, gate, 1); break;
+    case OP_GROW + 2: add_glued_tet(r, gate, 2); break;
+    case OP_GROW + 3: add_glued_tet(r, gate, 3); break;
+    case OP_GROW + 4: add_glued_tet(r, gate, 4); break;
+    case OP_GROW + 5: add_glued_tet(r, gate, 5); break;
+    case OP_GROW + 6: add_glued_tet(r, gate, 6); break;
+    case OP_GROW + 7: add_glued_tet(r, gate, 7); break;
+    case OP_JOIN: add_tet(r, gate, 0, read_join(r, gate)); break;
+    case OP_GLUE: read_glue(r, gate); break;
+    default: r->wrong = "has an operation that is none"; break;
+    }
 }
 
 static void read_vertex_star(reader *r, uint32_t p)
 {
     tli_border *b = &r->border;
     while (b->head[p] != TL_NONE && !r->wrong) {
-        uint32_t face = b->head[p];
+        uint32_t waits = b->head[p], face = waits & WAIT_FACE;
         tli_gate gate;
         b->head[p] = b->next[face];
         if (b->opposite[face] != BORDER_OPEN) continue;
-        border_look(b, p, face, &gate);
-        uint32_t op = rans_symbol(&r->rans, r->rows[model_op_row(&gate)]);
-        if (op == OP_BORDER)
-            b->opposite[face] = TL_NONE;
-        else if (op == OP_GLUE)
-            read_glue(r, &gate);
-        else if (op < OP_GLUE)
-            read_tet(r, &gate, op);
-        else
-            r->wrong = "has an operation that is none";
+        border_look(b, waits, &gate);
+        read_operation(r, &gate);
     }
     b->waiting[p >> 6] &= ~((uint64_t)1 << (p & 63));
 }
@@ -188,7 +191,8 @@ static void read_shared(reader *r, const uint8_t *on_border)
     uint32_t last[2] = {0, 0};
     for (uint32_t v = 0; v < r->patch->vert_count; v++) {
         uint32_t kind = on_border[v];
-        uint32_t shared = rans_symbol(&r->rans, r->rows[ROW_SHARED + 2 * kind + last[kind]]);
+        uint32_t shared =
+            rans_symbol(&r->rans, codec_row(&r->table, ROW_SHARED + 2 * kind + last[kind]));
         if (shared > 1) r->wrong = "has a shared flag that is neither 0 nor 1";
         last[kind] = shared & 1;
         r->patch->shared[v] = (uint8_t)last[kind];
@@ -202,7 +206,7 @@ static void read_regions(reader *r)
     for (uint32_t t = 0; t < patch->tet_count; t++) {
         uint32_t row, symbol;
         int32_t guess = tli_region_guess(patch, t, &row);
-        symbol = rans_symbol(&r->rans, r->rows[ROW_REGION + row]);
+        symbol = rans_symbol(&r->rans, codec_row(&r->table, ROW_REGION + row));
         patch->regions[t] = guess;
         if (symbol == 0) continue;
         patch->regions[t] = symbol - 1 < REGION_RECENT ? regions.recent[symbol - 1]
@@ -229,7 +233,8 @@ static void read_places(reader *r, const tl_lattice *lattice, const tli_kin *kin
         uint32_t mode = 0, group;
         tli_kin_place(kin, v, places, &guess);
         if (guess.elder != TL_NONE) {
-            mode = rans_symbol(&r->rans, r->rows[topology_mode_row(guess.kin_count, mode_before)]);
+            mode = rans_symbol(
+                &r->rans, codec_row(&r->table, topology_mode_row(guess.kin_count, mode_before)));
             if (mode >= GUESS_MODES) r->wrong = "has a guess of no mode";
             mode_before = mode;
         }
@@ -240,7 +245,7 @@ static void read_places(reader *r, const tl_lattice *lattice, const tli_kin *kin
             int64_t expected =
                 topology_shifted((int64_t)(kin_guess(&guess, mode, places, a) - base), shift);
             uint32_t around = guess.around[a] > shift ? guess.around[a] - shift : 0;
-            int64_t beside = read_number(&r->rans, r->rows, ROW_PLACE + group * NUMBER_ROWS,
+            int64_t beside = read_number(&r->rans, &r->table, ROW_PLACE + group * NUMBER_ROWS,
                                          &scales[group][a], around);
             uint64_t place = ((uint64_t)beside + (uint64_t)expected) << shift;
             patch->places[v][a] = (int64_t)(place + base);
@@ -323,7 +328,7 @@ tl_status tl_topology_decode(tl_ctx *ctx, const tl_codec *codec, unsigned class_
     if (!r.wrong && class_ == TL_CLASS_RAW) {
         st = tli_topology_read_raw(ctx, bytes, byte_count, r.flags, r.patch, &r.wrong);
     } else if (!r.wrong) {
-        r.rows = codec_rows(codec, class_);
+        r.table = codec->tables[class_];
         st = decode_coded(ctx, codec, bytes, byte_count, &r);
     }
     if (!st && r.wrong)

@@ -232,17 +232,17 @@ tl_status tli_topology_encode(tl_ctx *ctx, const tl_codec *codec, unsigned class
     if (class_ == TL_CLASS_RAW) return tli_topology_encode_raw(ctx, patch, out);
     if (class_ >= TL_CLASS_COUNT || !codec)
         return tl_fail(ctx, TL_ERR_ARG, "there is no class %u of patches", class_);
-    const int16_t(*rows)[RANS_SYMBOLS] = codec_rows(codec, class_);
+    const tli_table *table = &codec->tables[class_];
     tl_status st = tli_topology_tell(ctx, &codec->lattice, patch, &told);
     if (!st) st = tli_bytes_append(out, told.head, sizeof told.head);
-    if (!st) st = tli_tokens_write(&told.tokens, rows, out);
+    if (!st) st = tli_tokens_write(&told.tokens, table, out);
     while (!st && out->count - before < model_least_bytes(patch->tet_count))
         st = tli_bytes_append(out, "", 1);
     if (!st && bits) {
-        bits->connectivity += tli_tokens_weigh(&told.tokens, 0, told.connectivity_end, rows);
-        bits->flags += tli_tokens_weigh(&told.tokens, told.connectivity_end, told.flags_end, rows);
-        bits->places += tli_tokens_weigh(&told.tokens, told.flags_end, told.places_end, rows);
-        bits->regions += tli_tokens_weigh(&told.tokens, told.places_end, told.tokens.count, rows);
+        bits->connectivity += tli_tokens_weigh(&told.tokens, 0, told.connectivity_end, table);
+        bits->flags += tli_tokens_weigh(&told.tokens, told.connectivity_end, told.flags_end, table);
+        bits->places += tli_tokens_weigh(&told.tokens, told.flags_end, told.places_end, table);
+        bits->regions += tli_tokens_weigh(&told.tokens, told.places_end, told.tokens.count, table);
     }
     if (st) out->count = before;
     tli_tokens_close(&told.tokens);

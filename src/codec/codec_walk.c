@@ -106,15 +106,19 @@ static void start(walker *w, uint32_t old)
 /* The tet beyond is there: which of the faces that wait at p with the gate's vertices is it. */
 static void glue(walker *w, const tli_gate *gate, uint32_t face)
 {
-    uint32_t rank = 0, count = 0;
-    for (uint32_t f = w->border.head[gate->vertex[0]]; f != TL_NONE; f = w->border.next[f]) {
-        if (!border_is_reverse(&w->border, gate, f)) continue;
-        if (f == face) rank = count;
+    const tli_border *b = &w->border;
+    uint32_t rank = 0, count = 0, found = face;
+    for (uint32_t f = b->head[gate->vertex[0]]; f != TL_NONE; f = b->next[f & WAIT_FACE]) {
+        if (!border_is_reverse(b, gate, f)) continue;
+        if ((f & WAIT_FACE) == face) {
+            rank = count;
+            found = f;
+        }
         count++;
     }
     tokens_symbol(w->tokens, model_op_row(gate), OP_GLUE);
     tokens_raw(w->tokens, rank, model_bits_for(count));
-    border_glue(&w->border, gate, face);
+    border_glue(&w->border, gate, found);
 }
 
 /* Corners of the old tet beyond the gate, as (p, a, b, d). */
@@ -176,11 +180,11 @@ static void finish_vertex(walker *w, uint32_t p)
 {
     tli_border *b = &w->border;
     while (b->head[p] != TL_NONE) {
-        uint32_t face = b->head[p];
+        uint32_t waits = b->head[p], face = waits & WAIT_FACE;
         tli_gate gate;
         b->head[p] = b->next[face];
         if (b->opposite[face] != BORDER_OPEN) continue;
-        border_look(b, p, face, &gate);
+        border_look(b, waits, &gate);
         uint32_t old = face_old(w, face), across = w->opposite[old];
         if (across == TL_NONE) {
             tokens_symbol(w->tokens, model_op_row(&gate), OP_BORDER);
