@@ -236,7 +236,7 @@ static bool surface_fine(const tli_work *w, tli_hood *h)
                 float other = w->verts[h->verts[h->fan[i].verts[j]]].surface_bound;
                 bound = other > bound ? other : bound;
             }
-        double d = tli_fan_distance(w, h, h->place);
+        double d = tli_fan_distance(w, h, h->place, w->boundary_error - (double)bound);
         bound = nextafterf((float)(bound + d), d > 0 ? INFINITY : bound);
         if (bound > w->boundary_error) return false;
     }

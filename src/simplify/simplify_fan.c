@@ -159,16 +159,18 @@ static double distance_to_fan(const sheet *s, bool fresh, uint16_t point)
 /* Largest vertical distance where old inner edges cross new ones. */
 static double crossing_distance(const sheet *s)
 {
-    double largest = 0;
-    for (uint16_t i = 0; i < s->tri_count; i++)
-        for (int j = 0; j < 3; j++) {
-            uint16_t a = s->tris[i][j], b = s->tris[i][(j + 1) % 3];
-            if (a != s->u && a != s->v && b != s->u && b != s->v) continue;
-            const double *p = s->at[a], *q = s->at[b];
-            for (uint16_t k = 0; k < s->fresh_count; k++) {
-                const double *r = s->at[s->fresh[k][0]]; /* the new edge runs from 0 to r */
-                double dp = r[0] * p[1] - r[1] * p[0], dq = r[0] * q[1] - r[1] * q[0];
+    double largest = 0, side[FAN_POINTS]; /* of the line from 0 to r */
+    for (uint16_t k = 0; k < s->fresh_count; k++) {
+        const double *r = s->at[s->fresh[k][0]]; /* the new edge runs from 0 to r */
+        for (uint16_t i = 1; i < s->point_count; i++)
+            side[i] = r[0] * s->at[i][1] - r[1] * s->at[i][0];
+        for (uint16_t i = 0; i < s->tri_count; i++)
+            for (int j = 0; j < 3; j++) {
+                uint16_t a = s->tris[i][j], b = s->tris[i][j < 2 ? j + 1 : 0];
+                if (a != s->u && a != s->v && b != s->u && b != s->v) continue;
+                double dp = side[a], dq = side[b];
                 if (dp * dq >= 0) continue;
+                const double *p = s->at[a], *q = s->at[b];
                 double t = dp / (dp - dq), x = p[0] + t * (q[0] - p[0]),
                        y = p[1] + t * (q[1] - p[1]);
                 double at = (x * r[0] + y * r[1]) / (r[0] * r[0] + r[1] * r[1]);
@@ -176,11 +178,11 @@ static double crossing_distance(const sheet *s)
                 double z = fabs(p[2] + t * (q[2] - p[2]) - at * r[2]);
                 if (z > largest) largest = z;
             }
-        }
+    }
     return largest;
 }
 
-static double sheet_distance(const sheet *s, double rounding)
+static double sheet_distance(const sheet *s, double rounding, double most)
 {
     double flat = 0;
     if (!sheet_is_graph(s)) return -1;
@@ -193,6 +195,7 @@ static double sheet_distance(const sheet *s, double rounding)
     if (at_place < 0 || at_u < 0 || at_v < 0) return -1;
     double largest = at_place > at_u ? at_place : at_u;
     if (at_v > largest) largest = at_v;
+    if (largest > most && largest > rounding) return largest;
     double crossing = crossing_distance(s);
     return crossing > largest ? crossing : largest;
 }
@@ -255,7 +258,7 @@ static bool stays_flat(const tli_work *w, const tli_hood *h, const double place[
     return true;
 }
 
-double tli_fan_distance(const tli_work *w, const tli_hood *h, const double place[3])
+double tli_fan_distance(const tli_work *w, const tli_hood *h, const double place[3], double most)
 {
     double way[3], simple = 0, total = 0, moved[3], straight = 0;
     for (int e = 0; e < 2; e++) {
@@ -276,7 +279,7 @@ double tli_fan_distance(const tli_work *w, const tli_hood *h, const double place
         if (seen) continue;
         sheet s;
         if (!make_sheet(w, h, h->fan[i].group, place, curve ? moved : NULL, &s)) return simple;
-        double d = sheet_distance(&s, w->rounding);
+        double d = sheet_distance(&s, w->rounding, most);
         if (d < 0) return simple;
         if (d > total) total = d;
     }

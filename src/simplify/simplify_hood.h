@@ -56,8 +56,10 @@ tli_verdict tli_hood_gather(tli_work *work, tli_hood *hood, bool shapes_fine);
 /* Lists the surface faces at both ends; false when there are too many. */
 bool tli_hood_list_fan(const tli_work *work, tli_hood *hood);
 
-/* simplify_fan.c: bound on the two-sided distance between the old fan and the fan around place. */
-double tli_fan_distance(const tli_work *work, const tli_hood *hood, const double place[3]);
+/* simplify_fan.c: bound on the two-sided distance between the old fan and the fan around place; any
+ * number above most where it is above. */
+double tli_fan_distance(const tli_work *work, const tli_hood *hood, const double place[3],
+                        double most);
 /* Plane on which place keeps the volume under the fan: normal . (x - u) = offset, mesh units; false
  * when the fan has no such plane (it folds back on itself). */
 bool tli_fan_volume_plane(const tli_work *work, const tli_hood *hood, double normal[3],

@@ -18,10 +18,11 @@ enum { SAMPLES = 4096, BISECTIONS = 40 };
 /* How the number of vertices falls with the cost: field errors grow with the square of the edge
  * length, costs with their square and with the number of vertices summed up. */
 static const double FALL = 3.0 / 7;
-/* Vertices of a range; its outermost ones stay until the ranges of the next run. */
-enum { RANGE = 32768 };
+/* Vertices of a range, whose outermost ones stay until the ranges of the next run. A small mesh has
+ * some ranges, too, so that threads have work, but of no fewer vertices than the least. */
+enum { RANGE_MOST = 32768, RANGE_LEAST = 8192, RANGES = 4 };
 /* The limits of the runs as parts of that cost. */
-static const double PARTS[] = {0.08, 0.4};
+static const double PARTS[] = {0.12, 0.6};
 /* At least so many times the target stay, for collapses that know better. */
 static const double STAY = 1.5;
 /* New tets have this mean ratio, cubed, or that of the worst one before; in no case less than
@@ -35,9 +36,9 @@ typedef struct thin_job {
     tli_ball *balls;      /* one a worker */
     float *known; /* [vert_count] cost of the best move when it was last looked at; 0: unknown */
     float cost_max;
-    float least;  /* mean ratio, cubed, below which no tet falls */
-    size_t shift; /* range r holds the vertices r * RANGE - shift and on */
-    double keep;  /* part of a range's vertices that have to stay */
+    float least;         /* mean ratio, cubed, below which no tet falls */
+    size_t range, shift; /* range r holds the vertices r * range - shift and on */
+    double keep;         /* part of a range's vertices that have to stay */
     struct {
         size_t tets, verts;
     } * gone;      /* by range */
@@ -50,34 +51,33 @@ typedef struct thin_job {
 static bool gather(tli_work *w, tl_lidx u, tli_ball *b)
 {
     tli_star *s = &w->verts[u].star;
-    uint32_t n = 0, t = 0, i = 0;
+    const tl_lidx(*tets)[4] = (const tl_lidx(*)[4])w->tets, first = b->first, span = b->span;
+    uint16_t *marks = w->marks;
+    uint32_t n = 0, t = 0, i = 0, count = s->count, *star = s->tets;
     bool fine = true;
-    b->centre = u;
-    for (; fine && i < s->count; i++) {
-        const tl_lidx *q = w->tets[s->tets[i]];
+    for (; fine && i < count; i++) {
+        const tl_lidx *q = tets[star[i]];
         if (q[0] == TL_NONE) continue;
         if (t == TLI_BALL_TETS) break;
         const uint8_t *f = tli_tet_faces[tli_corner_of(q, u)];
-        s->tets[t] = b->tets[t] = s->tets[i];
-        for (int j = 0; j < 3; j++) {
-            tl_lidx v = q[f[j]];
-            if (v - b->first >= b->span) {
-                fine = false;
-                break;
-            }
-            uint32_t m = w->marks[v], fresh = n + 1; /* whether it is new can't be foretold: */
-            m = m ? m : fresh;                       /* so no branch */
-            b->verts[n] = v;
-            n += m == fresh;
-            w->marks[v] = (uint16_t)m;
+        tl_lidx v[3] = {q[f[0]], q[f[1]], q[f[2]]};
+        star[t] = b->tets[t] = star[i];
+        fine = (v[0] - first < span) & (v[1] - first < span) & (v[2] - first < span);
+        for (int j = 0; fine && j < 3; j++) {
+            uint32_t m = marks[v[j]]; /* 0 for a new one, which can't be foretold: no branch */
+            b->verts[n] = v[j];
+            n += m == 0;
+            m = m ? m : n;
+            marks[v[j]] = (uint16_t)m;
             b->corners[j][t] = (int32_t)m - 1;
         }
         t++;
     }
-    fine = fine && i == s->count && t && t == 2 * n - 4 && n <= TLI_BALL_VERTS;
+    fine = fine && i == count && t && t == 2 * n - 4 && n <= TLI_BALL_VERTS;
+    b->centre = u;
     b->vert_count = n;
     b->tet_count = t;
-    for (; i < s->count; i++) s->tets[t++] = s->tets[i];
+    for (; i < count; i++) star[t++] = star[i];
     s->count = t;
     return fine;
 }
@@ -227,7 +227,7 @@ static tl_status thin_range(thin_job *job, size_t range, unsigned worker)
     tli_work *w = job->work;
     tli_ball *b = &job->balls[worker];
     tl_status st = TL_OK;
-    size_t begin = range * RANGE, end = begin + RANGE, live = 0;
+    size_t begin = range * job->range, end = begin + job->range, live = 0;
     begin = begin > job->shift ? begin - job->shift : 0;
     end = end - job->shift < w->vert_count ? end - job->shift : w->vert_count;
     for (size_t u = begin; u < end; u++) live += w->verts[u].merged == u;
@@ -291,7 +291,7 @@ static tl_status one_run(thin_job *job)
 {
     tli_work *w = job->work;
     tl_status st = TL_OK;
-    size_t ranges = (w->vert_count + job->shift + RANGE - 1) / RANGE;
+    size_t ranges = (w->vert_count + job->shift + job->range - 1) / job->range;
     job->gone = tl_mem_zalloc(w->ctx, ranges, sizeof *job->gone, &st);
     if (w->listener) job->logs = tl_mem_zalloc(w->ctx, ranges, sizeof *job->logs, &st);
     if (!st) st = tli_parallel(w->ctx, ranges, 1, thin_ranges, job);
@@ -315,12 +315,15 @@ tl_status tli_work_thin(tli_work *w, const uint8_t *inner, size_t target)
     thin_job job = {.work = w, .kernel = tli_thin_best(), .inner = inner};
     job.known = tl_mem_zalloc(w->ctx, w->vert_count, sizeof *job.known, &st);
     job.balls = tl_mem_zalloc(w->ctx, w->bank_count, sizeof *job.balls, &st);
+    job.range = w->vert_count / RANGES;
+    if (job.range < RANGE_LEAST) job.range = RANGE_LEAST;
+    if (job.range > RANGE_MOST) job.range = RANGE_MOST;
     job.least = (float)fmax(w->shape_cube, (double)LEAST_QUALITY) * MARGIN;
     if (!st) w->last_cost = last_cost(&job, (double)target / (double)w->tets_live);
     for (size_t run = 0; !st && run < sizeof PARTS / sizeof *PARTS; run++) {
         job.cost_max = (float)(PARTS[run] * w->last_cost);
         job.keep = fmin(1, STAY * (double)target / (double)w->tets_live);
-        job.shift = run % 2 ? RANGE / 2 : 0;
+        job.shift = run % 2 ? job.range / 2 : 0;
         st = one_run(&job);
         if (!st) st = tli_order_report(w, w->tets_live, target);
     }
