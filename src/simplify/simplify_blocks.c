@@ -9,7 +9,7 @@
 
 /* Vertices of a block: few enough for a cache of some MiB, enough that most are inside. A small
  * mesh has some blocks, too, so that threads have work, but of no fewer vertices than that. */
-static const size_t BLOCK_VERTS = 9000, BLOCKS_LEAST = 8, BLOCK_VERTS_LEAST = 1000;
+static const size_t BLOCK_VERTS = 9000, BLOCKS_LEAST = 6, BLOCK_VERTS_LEAST = 1000;
 /* Fewer vertices go into one queue. */
 static const size_t ROUNDS_FROM = 16000;
 /* A round aims at this part of the tets, or at what is above the target and its margin. */
@@ -170,7 +170,10 @@ static size_t aim(rounds *r)
 static tl_status deal(rounds *r, round_job *job, tl_lidx **sorted, size_t **starts, size_t *blocks)
 {
     tli_work *w = r->work;
-    r->vert_count = tli_work_list_live(w, r->verts);
+    size_t live = 0;
+    for (size_t i = 0; i < r->vert_count; i++)
+        if (w->verts[r->verts[i]].merged == r->verts[i]) r->verts[live++] = r->verts[i];
+    r->vert_count = live;
     tl_status st =
         tli_partition(w, r->verts, r->vert_count, count_blocks(r->vert_count), r->number, blocks);
     if (!st && r->number) st = tli_pool_deal(w, &r->pool, *blocks, &r->tally);
@@ -220,9 +223,9 @@ static tl_status all_rounds(rounds *r)
     tl_status st = TL_OK;
     tli_work *w = r->work;
     size_t last = r->target + (size_t)((double)r->target * LAST_SHARE);
+    r->vert_count = tli_work_list_live(w, r->verts);
     r->cost = THINNED_COST * w->last_cost;
-    if (!(r->cost > 0))
-        r->cost = FIRST_COST * sample_cost(r->hands[0], r->verts, tli_work_list_live(w, r->verts));
+    if (!(r->cost > 0)) r->cost = FIRST_COST * sample_cost(r->hands[0], r->verts, r->vert_count);
     if (!(r->cost > 0)) r->cost = LEAST_COST;
     r->yield = YIELD;
     for (unsigned idle = 0; !st && w->tets_live > last && idle < IDLE_MAX && r->number < ROUNDS_MAX;
@@ -236,6 +239,15 @@ static tl_status all_rounds(rounds *r)
     return st;
 }
 
+/* Takes out the edges that were refused, most of them in the round before. */
+static void drop_refused(tli_edges *list)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < list->count; i++)
+        if (!(list->edges[i].cost & TLI_REFUSED)) list->edges[count++] = list->edges[i];
+    list->count = count;
+}
+
 /* What is left of the way to the target, out of one queue of all edges that wait. */
 static tl_status take_rest(rounds *r)
 {
@@ -247,8 +259,10 @@ static tl_status take_rest(rounds *r)
     hand->later = NULL;
     hand->log = &hand->own_log;
     tli_queue_clear(hand->queue);
-    for (size_t l = 0; !st && l < r->pool.list_count; l++)
+    for (size_t l = 0; !st && l < r->pool.list_count; l++) {
+        drop_refused(&r->pool.lists[l]);
         st = tli_hand_queue_again(hand, r->pool.lists[l].edges, r->pool.lists[l].count);
+    }
     if (!st) st = tli_hand_run(hand, r->work->tets_live - r->target);
     if (!st) st = tli_hand_settle(hand);
     return st;

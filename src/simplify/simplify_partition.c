@@ -175,7 +175,7 @@ tl_status tli_partition(tli_work *work, const tl_lidx *verts, size_t count, size
     cutter c = {.work = work, .round = round, .state = round + 1, .verts = verts};
     tl_status st = make_tree(&c, count, wanted < BLOCKS_MAX ? wanted : BLOCKS_MAX);
     if (!st) st = tli_parallel(work->ctx, count, 8192, find_blocks, &c);
-    if (!st) st = tli_parallel(work->ctx, work->tet_count, 65536, mark_borders, work);
+    if (!st) st = tli_parallel(work->ctx, work->tet_count, 16384, mark_borders, work);
     tl_mem_free(work->ctx, c.nodes);
     *block_count = c.block_count;
     return st;

@@ -199,8 +199,8 @@ tl_status tli_work_set_quadrics(tli_work *w, uint8_t *inner)
     memset(w->quadrics, 0, w->vert_count * w->quadric_floats * sizeof *w->quadrics);
     job.gradients = tl_mem_alloc(w->ctx, w->tet_count, sizeof *job.gradients, &st);
     do {
-        if (!st) st = tli_parallel(w->ctx, w->tet_count, 65536, set_gradients, &job);
-        if (!st) st = tli_parallel(w->ctx, w->vert_count, 16384, add_field, &job);
+        if (!st) st = tli_parallel(w->ctx, w->tet_count, 16384, set_gradients, &job);
+        if (!st) st = tli_parallel(w->ctx, w->vert_count, 4096, add_field, &job);
     } while (!st && ++job.component < w->components);
     tl_mem_free(w->ctx, job.gradients);
     return st;

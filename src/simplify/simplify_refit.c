@@ -56,9 +56,10 @@ static bool weigh(const walk_job *job, tl_lidx tet, const double x[3], double we
     return true;
 }
 
-/* Walks to the tet that holds x. Where the walk ends at the boundary, or for lack of steps, the
- * least weight may be a little negative. TL_NONE when x is too far outside. */
-static tl_lidx walk(const walk_job *job, const double x[3], tl_lidx tet, double weights[4])
+/* Walks to the tet that holds x. Where the walk ends at the boundary the least weight may be down
+ * to outside. TL_NONE when x is farther outside, or for lack of steps. */
+static tl_lidx walk(const walk_job *job, const double x[3], tl_lidx tet, double outside,
+                    double weights[4])
 {
     for (int step = 0; step < STEPS_WALK; step++) {
         if (!weigh(job, tet, x, weights)) return TL_NONE;
@@ -70,13 +71,14 @@ static tl_lidx walk(const walk_job *job, const double x[3], tl_lidx tet, double 
                 way = i;
         }
         if (weights[least] > ON_FACE) return tet;
-        if (way < 0) return weights[least] > OUTSIDE ? tet : TL_NONE;
+        if (way < 0) return weights[least] > outside ? tet : TL_NONE;
         tet = job->opposite[4 * (size_t)tet + (size_t)way] / 4;
     }
     return TL_NONE;
 }
 
-/* In the order of the working mesh, where the tet of one vertex is near the next one. */
+/* In the order of the working mesh, where the tet of one vertex is near the next one, unless the
+ * boundary is between them. */
 static tl_status place_originals(void *arg, size_t begin, size_t end, unsigned worker)
 {
     const walk_job *job = arg;
@@ -88,8 +90,9 @@ static tl_status place_originals(void *arg, size_t begin, size_t end, unsigned w
         const double *x = job->original->xyz + 3 * (size_t)v;
         bool fine = job->hints[v] != TL_NONE && isfinite(x[0] + x[1] + x[2]);
         job->tets[v] = TL_NONE;
-        if (fine && near != TL_NONE) job->tets[v] = walk(job, x, near, weights);
-        if (fine && job->tets[v] == TL_NONE) job->tets[v] = walk(job, x, job->hints[v], weights);
+        if (fine && near != TL_NONE) job->tets[v] = walk(job, x, near, ON_FACE, weights);
+        if (fine && job->tets[v] == TL_NONE)
+            job->tets[v] = walk(job, x, job->hints[v], OUTSIDE, weights);
         if (job->tets[v] != TL_NONE) near = job->tets[v];
     }
     return TL_OK;
@@ -129,7 +132,7 @@ static tl_status make_samples(tl_ctx *ctx, walk_job *job)
     tl_status st = TL_OK;
     tli_samples *s = job->samples;
     job->tets = tl_mem_alloc(ctx, job->original->vert_count, sizeof *job->tets, &st);
-    if (!st) st = tli_parallel(ctx, job->original->vert_count, 8192, place_originals, job);
+    if (!st) st = tli_parallel(ctx, job->original->vert_count, 2048, place_originals, job);
     if (!st) st = sort_samples(job, ctx);
     tl_mem_free(ctx, job->tets);
     s->weights = tl_mem_alloc(ctx, s->count, sizeof *s->weights, &st);

@@ -47,7 +47,7 @@ static tl_status mark_faces(void *arg, size_t begin, size_t end, unsigned worker
 static tl_status list_faces(tli_work *w, const tl_lidx *opposite, const uint8_t *cut)
 {
     face_job job = {w, opposite, cut};
-    tl_status st = tli_parallel(w->ctx, w->tet_count, 32768, mark_faces, &job);
+    tl_status st = tli_parallel(w->ctx, w->tet_count, 16384, mark_faces, &job);
     size_t capacity = 0;
     for (size_t t = 0; !st && t < w->tet_count; t++)
         for (unsigned f = 0; w->faces[t] && f < 4; f++) {
@@ -113,7 +113,7 @@ static tl_status freeze_bad_tets(tli_work *w, const tl_lidx *opposite)
 {
     tl_status st = TL_OK;
     bad_job job = {w, opposite, tl_mem_alloc(w->ctx, w->tet_count, 1, &st)};
-    if (!st) st = tli_parallel(w->ctx, w->tet_count, 16384, find_bad_tets, &job);
+    if (!st) st = tli_parallel(w->ctx, w->tet_count, 8192, find_bad_tets, &job);
     for (size_t t = 0; !st && t < w->tet_count; t++)
         for (int i = 0; job.bad[t] && i < 4; i++) freeze(w, w->tets[t][i]);
     tl_mem_free(w->ctx, job.bad);
@@ -149,6 +149,12 @@ static tl_status list_edges(tli_work *w, edge_list *edges)
     return st;
 }
 
+/* Unit normals of all surface faces, 0 where there is none. */
+typedef struct normal_job {
+    const tli_work *work;
+    double (*normals)[3];
+} normal_job;
+
 static void face_normal(const tli_work *w, size_t s, double n[3])
 {
     const double *a = w->verts[w->surface[s][0]].xyz, *b = w->verts[w->surface[s][1]].xyz,
@@ -159,6 +165,14 @@ static void face_normal(const tli_work *w, size_t s, double n[3])
     vec_cross(u, v, n);
     double l = vec_length(n);
     for (int i = 0; i < 3; i++) n[i] = l > 0 ? n[i] / l : 0;
+}
+
+static tl_status set_normals(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const normal_job *job = arg;
+    (void)worker;
+    for (size_t s = begin; s < end; s++) face_normal(job->work, s, job->normals[s]);
+    return TL_OK;
 }
 
 static tl_status add_sharp(tli_work *w, uint64_t key, size_t *capacity)
@@ -182,6 +196,9 @@ static tl_status classify_edges(tli_work *w, const edge_list *edges, const uint8
 {
     tl_status st = TL_OK;
     size_t capacity = 0;
+    const double least = cos(SHARP_ANGLE);
+    normal_job job = {w, tl_mem_alloc(w->ctx, w->surface_count, sizeof *job.normals, &st)};
+    if (!st) st = tli_parallel(w->ctx, w->surface_count, 2048, set_normals, &job);
     for (size_t i = 0, end; !st && i < edges->count; i = end) {
         size_t boundary_faces = 0;
         for (end = i; end < edges->count && edges->keys[end] == edges->keys[i]; end++)
@@ -197,11 +214,10 @@ static tl_status classify_edges(tli_work *w, const edge_list *edges, const uint8
             if (curve_degree[b] < 3) curve_degree[b]++;
             continue;
         }
-        double n0[3], n1[3];
-        face_normal(w, edges->faces[i], n0);
-        face_normal(w, edges->faces[i + 1], n1);
-        if (vec_dot(n0, n1) < cos(SHARP_ANGLE)) st = add_sharp(w, edges->keys[i], &capacity);
+        const double *n0 = job.normals[edges->faces[i]], *n1 = job.normals[edges->faces[i + 1]];
+        if (vec_dot(n0, n1) < least) st = add_sharp(w, edges->keys[i], &capacity);
     }
+    tl_mem_free(w->ctx, job.normals);
     return st;
 }
 
@@ -276,7 +292,26 @@ static void classify_vertex(tli_work *w, tl_lidx v, const uint32_t *faces, size_
         w->verts[v].kind = curve_degree == 2 ? TLI_CURVE : TLI_CORNER;
 }
 
-/* Faces by vertex, then each vertex on its own. */
+/* Each vertex on its own. */
+typedef struct class_job {
+    tli_work *work;
+    const uint32_t *offsets, *faces; /* surface faces by vertex */
+    const uint8_t *boundary, *cut, *curve_degree;
+} class_job;
+
+static tl_status classify_range(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const class_job *job = arg;
+    (void)worker;
+    for (size_t v = begin; v < end; v++)
+        if (!job->cut || !job->cut[job->work->verts[v].origin])
+            classify_vertex(job->work, (tl_lidx)v, job->faces + job->offsets[v],
+                            job->offsets[v + 1] - job->offsets[v], job->boundary,
+                            job->curve_degree[v]);
+    return TL_OK;
+}
+
+/* Faces by vertex, then the classes. */
 static tl_status classify_vertices(tli_work *w, const uint8_t *boundary, const uint8_t *cut,
                                    const uint8_t *curve_degree)
 {
@@ -289,10 +324,8 @@ static tl_status classify_vertices(tli_work *w, const uint8_t *boundary, const u
         for (size_t v = 0; v < w->vert_count; v++) offsets[v + 2] += offsets[v + 1];
         for (size_t s = 0; s < w->surface_count; s++)
             for (int i = 0; i < 3; i++) faces[offsets[w->surface[s][i] + 1]++] = (uint32_t)s;
-        for (size_t v = 0; v < w->vert_count; v++)
-            if (!cut || !cut[w->verts[v].origin])
-                classify_vertex(w, (tl_lidx)v, faces + offsets[v], offsets[v + 1] - offsets[v],
-                                boundary, curve_degree[v]);
+        class_job job = {w, offsets, faces, boundary, cut, curve_degree};
+        st = tli_parallel(w->ctx, w->vert_count, 4096, classify_range, &job);
     }
     tl_mem_free(w->ctx, faces);
     tl_mem_free(w->ctx, offsets);

@@ -14,11 +14,12 @@ static const double ROUNDING = 4e-15;
 /* Default bound on the distance of surfaces, in diagonals. */
 static const double BOUNDARY_ERROR = 1e-3;
 
-/* Copies places, values and locks in Hilbert order; rank [vert_count] receives the new index. */
+/* Copies places and values in Hilbert order; rank [vert_count] receives the new index. */
 typedef struct copy_job {
     tli_work *work;
     const tl_mesh *mesh;
-    const tl_lidx *rank;
+    const tl_lidx *order;
+    tl_lidx *rank;
     const tl_simplify_opts *opts;
     const double *channel_scales;
     const tli_piece *piece;
@@ -31,10 +32,11 @@ static tl_status copy_vertices(void *arg, size_t begin, size_t end, unsigned wor
     const double *xyz = tl_mesh_xyz(job->mesh);
     (void)worker;
     for (size_t v = begin; v < end; v++) {
-        size_t o = w->verts[v].origin;
+        size_t o = job->order[v];
         double *to = w->values + v * w->components;
         memcpy(w->verts[v].xyz, xyz + 3 * o, sizeof w->verts[v].xyz);
-        w->verts[v].merged = (tl_lidx)v;
+        w->verts[v].merged = job->rank[o] = (tl_lidx)v;
+        w->verts[v].origin = (tl_lidx)o;
         w->verts[v].step = job->piece && job->piece->steps ? job->piece->steps[o] : TLI_STEP_ANY;
         if (job->piece && job->piece->surface_bounds)
             w->verts[v].surface_bound = job->piece->surface_bounds[o];
@@ -92,9 +94,9 @@ static tl_status copy_tets(tli_work *w, const tl_mesh *mesh, const tl_lidx *rank
     tet_job job = {w, mesh, rank, NULL, NULL};
     job.keys = tl_mem_alloc(w->ctx, w->tet_count, sizeof *job.keys, &st);
     job.order = tl_mem_alloc(w->ctx, w->tet_count, sizeof *job.order, &st);
-    if (!st) st = tli_parallel(w->ctx, w->tet_count, 32768, key_tets, &job);
+    if (!st) st = tli_parallel(w->ctx, w->tet_count, 16384, key_tets, &job);
     if (!st) st = tli_sort_u32(w->ctx, job.keys, job.order, w->tet_count);
-    if (!st) st = tli_parallel(w->ctx, w->tet_count, 32768, copy_range, &job);
+    if (!st) st = tli_parallel(w->ctx, w->tet_count, 8192, copy_range, &job);
     tl_mem_free(w->ctx, job.order);
     tl_mem_free(w->ctx, job.keys);
     return st;
@@ -197,13 +199,9 @@ static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *
     size_t nonmanifold = 0;
     tl_lidx *order = tl_mem_alloc(w->ctx, w->vert_count, sizeof *order, &st);
     if (!st) st = tli_sort_hilbert(w->ctx, tl_mesh_xyz(mesh), w->vert_count, order);
-    for (size_t v = 0; !st && v < w->vert_count; v++) {
-        w->verts[v].origin = order[v];
-        rank[order[v]] = (tl_lidx)v;
-    }
+    copy_job job = {w, mesh, order, rank, opts, channel_scales, piece};
+    if (!st) st = tli_parallel(w->ctx, w->vert_count, 4096, copy_vertices, &job);
     tl_mem_free(w->ctx, order);
-    copy_job job = {w, mesh, rank, opts, channel_scales, piece};
-    if (!st) st = tli_parallel(w->ctx, w->vert_count, 16384, copy_vertices, &job);
     if (!st) st = copy_tets(w, mesh, rank);
     tl_mem_free(w->ctx, rank);
     if (!st) st = set_stars(w);
