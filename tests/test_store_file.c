@@ -236,6 +236,22 @@ static void test_many_pages(void **state)
     ctx_destroy(ctx);
 }
 
+/* A head that one read of 64 KiB does not hold. */
+static void test_large_head(void **state)
+{
+    (void)state;
+    enum { REGIONS = 5000 };
+    static tl_store_region regions[REGIONS];
+    make_store m;
+    make_store_small(&m);
+    for (int i = 0; i < REGIONS; i++)
+        regions[i] = (tl_store_region){i - 3, (uint64_t)i, i % 2 ? "rock" : ""};
+    m.head.regions = regions;
+    m.head.regions_listed = REGIONS;
+    m.head.region_count = REGIONS + 7;
+    round_trip(&m);
+}
+
 /* One refinement is one range of the file: topologies, then channel by channel. */
 static void test_groups_are_contiguous(void **state)
 {
@@ -476,6 +492,47 @@ static void test_check_with_threads(void **state)
     ctx_destroy(ctx);
 }
 
+/* ---- ending early ---- */
+
+static bool stop_at_third(void *user, const char *stage, uint64_t done, uint64_t total)
+{
+    int *calls = user;
+    (void)stage;
+    CHECK(done <= total);
+    return ++*calls < 3;
+}
+
+static void test_cancel(void **state)
+{
+    (void)state;
+    int calls = 0;
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    tl_ctx *ctx = ctx_create(), *impatient = NULL;
+    tl_store *store = NULL;
+    make_store few = {.level_count = 4, .coarse_segments = 60, .channel_count = 1, .vert_count = 6};
+    make_store all = few;
+    all.channel_count = 2;
+    make_store_open(&few);
+    make_store_open(&all);
+    CHECK_OK(ctx, make_store_write(ctx, ctx, &few, "m.tlod"));
+    opts.progress = stop_at_third;
+    opts.user = &calls;
+    CHECK_STATUS(tl_ctx_create(&opts, &impatient), TL_OK);
+    CHECK_OK(impatient, tl_store_open(impatient, "m.tlod", &store));
+    CHECK_STATUS(tl_store_check(impatient, store, TL_CHECK_FULL), TL_ERR_CANCELLED);
+    calls = 0;
+    added_source source = {.ctx = ctx, .m = &all, .old = 1};
+    tli_store_added added = {&source, added_patch, added_segment};
+    CHECK_STATUS(tli_store_append(impatient, store, "c.tlod", &all.head,
+                                  tli_store_codec_bytes(store), &added),
+                 TL_ERR_CANCELLED);
+    make_store_release_patch(ctx, &source.patch);
+    CHECK(access("c.tlod", F_OK) != 0);
+    tl_store_close(store);
+    ctx_destroy(impatient);
+    ctx_destroy(ctx);
+}
+
 /* ---- memory ---- */
 
 static void test_budget(void **state)
@@ -512,6 +569,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_small),      cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_many_pages), cmocka_unit_test(test_groups_are_contiguous),
+        cmocka_unit_test(test_large_head), cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_append),     cmocka_unit_test(test_wrong_use),
         cmocka_unit_test(test_threads),    cmocka_unit_test(test_check_with_threads),
         cmocka_unit_test(test_budget),
