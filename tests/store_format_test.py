@@ -70,7 +70,7 @@ class Reader:
     """Walks over the bytes; every one is taken once. lines: the worked example."""
 
     def __init__(self, data):
-        self.data, self.at, self.lines = data, 0, []
+        self.data, self.at, self.lines, self.decoded = data, 0, [], {}
         self.head()
         self.pages()
         demand(self.at == len(data), "bytes behind the end")
@@ -182,8 +182,8 @@ class Reader:
         for c in range(self.channel_count):
             self.title(f"Channel {c}")
             name_bytes, unit_bytes = self.take("u32", "bytes of the name"), self.take("u32", "bytes of the unit")
-            self.take("u32", "components")
-            for name in ("on", "type", "kind of values"):
+            components, on = self.take("u32", "components"), self.take("u8", "on")
+            for name in ("type", "kind of values"):
                 self.take("u8", name)
             self.nought("u8")
             for name in ("step", "range: from", "range: to", "most that coding changes a value", "time"):
@@ -196,7 +196,7 @@ class Reader:
             self.bytes(name_bytes, "name")
             self.bytes(unit_bytes, "unit")
             self.zeros(align(self.at) - self.at)
-            self.channel.append({"bytes": size, "unit": unit, "lo": lo, "step": step})
+            self.channel.append({"bytes": size, "components": components, "on": on, "unit": unit, "lo": lo, "step": step})
 
     def directory(self, page_count):
         self.page = []
@@ -284,9 +284,8 @@ class Reader:
         producer = self.producer[number] = self.take("u32", "producer")
         sizes = [self.take("u32", "bytes of the topology")]
         self.take("u64", "original vertices")
-        self.take("u32", "tets")
-        self.take("u16", "vertices")
-        self.take("u8", "class")
+        counts = self.take("u32", "tets"), self.take("u16", "vertices")
+        raw = self.take("u8", "class") == 255
         level = self.take("u8", "level")
         self.sphere()
         flags = self.take("u16", "flags")
@@ -301,22 +300,29 @@ class Reader:
             self.note(f"{root:.6g}, squares {root * root:.6g}")
         for i, size in enumerate(sizes):
             sums[i] += size
-        return number, sizes, flags
+        return number, sizes, flags, counts if raw else None
 
     # ---- payload ----
 
     def payload(self, groups):
         for group in groups:
             for part in range(self.channel_count + 1):
-                for number, sizes, flags in group:
-                    self.blob(number, sizes[part], NONE if part == 0 else part - 1, flags)
+                for number, sizes, flags, counts in group:
+                    self.blob(number, sizes[part], NONE if part == 0 else part - 1, flags, counts)
 
-    def blob(self, number, size, channel, flags):
+    def raw_channel(self, data, channel, counts):
+        demand(data[0] == 0 and data[1] & ~4 == 0, "a raw channel that can't be")
+        count = self.channel[channel]["components"] * counts[1 - self.channel[channel]["on"]]
+        return struct.unpack(f"<{count}{'q' if data[1] & 4 else 'i'}", data[2:])
+
+    def blob(self, number, size, channel, flags, counts):
         begin, twins = self.at, 0
         self.title(f"Patch {number}, {'topology' if channel == NONE else f'channel {channel}'}")
         if channel == NONE and flags & 1:
             twins = struct.unpack_from("<H", self.data, begin + size - 2)[0]
-        self.bytes(size - (3 * twins + 2 if twins else 0), "the codec's")
+        data = self.bytes(size - (3 * twins + 2 if twins else 0), "the codec's")
+        if counts:
+            self.decoded[number, channel] = self.raw_channel(data, channel, counts) if channel != NONE else raw_topology(data, counts)
         for _ in range(twins):
             self.take("u16", "twin: vertex")
             demand(self.take("u8", "twin: number") > 0, "a twin that is zero")
@@ -325,6 +331,17 @@ class Reader:
         self.zeros(align(size) - size)
         expected = checksum(seed(self.identity, 3, number, channel), self.data[begin:begin + size])
         demand(self.take("u64", "checksum") == expected, "a wrong checksum of a blob")
+
+
+def raw_topology(data, counts):
+    """Tets, places, shared flags."""
+    tet_count, vert_count = counts
+    kind, flags, verts, tets, _ = struct.unpack("<BBH3s3s", data[:10])
+    demand(kind == 0 and flags & ~9 == 0 and verts == vert_count and int.from_bytes(tets, "little") == tet_count, "a raw head that can't be")
+    form = f"<{4 * tet_count}H{3 * vert_count}{'q' if flags & 8 else 'i'}{vert_count}B{tet_count if flags & 1 else 0}i"
+    numbers = struct.unpack(form, data[10:])
+    places = numbers[4 * tet_count:][:3 * vert_count]
+    return numbers[:4 * tet_count], [places[i:i + 3] for i in range(0, len(places), 3)], numbers[4 * tet_count + 3 * vert_count:][:vert_count]
 
 
 def listing(data):
@@ -354,6 +371,12 @@ class Format(unittest.TestCase):
     def test_golden_file_is_read(self):
         reader = Reader(golden())
         self.assertEqual((reader.patch_count, reader.segment_count, reader.outputs), (3, 1, {0: [0]}))
+
+    def test_raw_blobs_are_read(self):
+        decoded = Reader(golden()).decoded
+        tets, places, shared = decoded[1, NONE]
+        self.assertEqual((tets, places, shared), ((0, 1, 2, 3), [(0, 0, 0), (2, 0, 0), (0, 4, 0), (0, 0, 4)], (0, 1, 1, 1)))
+        self.assertEqual([decoded[n, 0] for n in range(3)], [(0, 100, 0, 0), (0, 48, 0, 0), (100, 48, 0, 0)])
 
     def test_every_changed_byte_is_found(self):
         data = golden()
