@@ -36,6 +36,8 @@ typedef struct tl_build_opts {
     uint32_t segment_tets; /* default 0: the best by measurement, docs/notes */
     uint32_t patch_tets;   /* default 0: likewise */
     double reduction;      /* part of the tets that a level leaves, 0.25 to 0.75; default 0.5 */
+    uint64_t memory_bytes; /* what the work should take, beside a budget of the context; default 0:
+                              256 MiB for the input, and segments for each thread */
     const char *folder;    /* for work files, borrowed; default NULL: /tmp */
 } tl_build_opts;
 TL_API tl_build_opts tl_build_opts_defaults(void);

@@ -111,6 +111,7 @@ static int fill_request(const cli_session *session, request *r)
     r->opts.segment_tets = (uint32_t)cli_get(session, CLI_SEGMENT_TETS)->count;
     r->opts.patch_tets = (uint32_t)cli_get(session, CLI_PATCH_TETS)->count;
     r->opts.reduction = cli_get(session, CLI_REDUCTION)->real;
+    r->opts.memory_bytes = cli_get(session, CLI_MEMORY)->count;
     r->opts.folder = cli_get(session, CLI_TMP)->text;
     return failed;
 }

@@ -10,6 +10,7 @@
 #include "model/model_depot.h"
 #include "simplify/simplify_piece.h"
 #include "tetralod/model.h"
+#include "tetralod/segment.h"
 #include "tetralod/store.h"
 
 enum { TLI_BINS = TL_BINS };
@@ -20,7 +21,8 @@ typedef struct tli_field {
     uint32_t components;
     tl_on on;
     tl_scalar scalar;
-    size_t first;       /* its first component among those of all channels on the same elements */
+    size_t first;        /* its first component among all on the same elements */
+    size_t source_first; /* the same among those of the input */
     double range[2];    /* of the values, or of their norms */
     double width;       /* what errors are fractions of */
     double bound;       /* that the codec keeps, in the channel's unit */
@@ -36,7 +38,9 @@ typedef struct tli_plan {
     tl_build_opts opts;
     tli_field *fields; /* [field_count] */
     size_t field_count;
-    size_t vert_comps, tet_comps; /* of all channels on vertices, on tets */
+    size_t vert_comps, tet_comps;               /* of all channels on vertices, on tets */
+    size_t source_vert_comps, source_tet_comps; /* of the input */
+    bool finite_places, float32_places;         /* of the input, all of them */
     size_t quadric_floats;
     bool has_regions;
     double bounds[6], diagonal;
@@ -274,20 +278,31 @@ void tli_model_saturate(tli_model *model);
 /* Makes all levels above those patches of level 0 that are in the model. */
 tl_status tli_model_grow(tli_model *model, tli_shared *shared);
 
-/* ---- model_finest.c ---- */
-/* Level 0 of a mesh in memory; channels [field_count] are those of mesh. Sets the plan's lattice
- * and the leaf errors. */
-tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_mesh *mesh,
-                          const size_t *channels, tli_shared *shared);
+/* ---- model_survey.c ---- */
+typedef struct tli_channel_survey {
+    double range[2];  /* of the values, or of their norms */
+    double extent[2]; /* of all components */
+    uint64_t nonfinite;
+} tli_channel_survey;
+/* What one pass over the input finds. */
+typedef struct tli_survey {
+    tli_channel_survey *channels; /* those of the segments */
+    double bounds[6], volume;
+    uint64_t inverted, degenerate;
+    bool is_finite, is_float32; /* all places */
+} tli_survey;
+tl_status tli_survey_make(tl_ctx *ctx, const tl_segments *segments, tli_survey *survey);
+void tli_survey_release(tl_ctx *ctx, tli_survey *survey);
 
-/* ---- model_lattice.c ---- */
-/* Places [vert_count][3] of the finest level and their steps; sets the plan's lattice. */
-tl_status tli_lattice_snap(tli_plan *plan, const tl_mesh *mesh, double *xyz, int16_t *steps);
+/* ---- model_finest.c ---- */
+/* Level 0. Sets the plan's lattice and the leaf errors. */
+tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *segments,
+                          tli_shared *shared);
 
 /* ---- model_plan.c ---- */
-/* Gives channels [plan->field_count]: which of the mesh's each field is. */
-tl_status tli_plan_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opts,
-                          tli_plan *plan, size_t **channels);
+tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *opts);
+tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_survey *survey,
+                          const tl_build_opts *opts, tli_plan *plan);
 void tli_plan_release(tli_plan *plan);
 /* A value as it will be decoded. */
 double tli_field_round(const tli_field *field, double value);

@@ -3,6 +3,9 @@
 
 #include "model/model.h"
 
+/* Part of the memory that the segments of the input are made in. */
+enum { SEGMENT_PART = 2 };
+
 /* Errors do not fall from a segment to the consumers of what it made. Segments are in the order of
  * their levels. */
 void tli_model_saturate(tli_model *m)
@@ -48,54 +51,125 @@ static tl_status set_levels(const tli_model *m, tl_build_result *r)
     return TL_OK;
 }
 
-tl_status tl_model_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
-                              const tl_build_opts *opts, tl_build_result *result)
+static tli_input describe(const tl_segments *segments, const tli_survey *survey, double diagonal)
+{
+    tli_input input = {.time = tl_segments_time(segments),
+                       .tets = tl_segments_tet_count(segments),
+                       .verts = tl_segments_vert_count(segments)};
+    const size_t unknown = SIZE_MAX;
+    const double nan = (double)NAN;
+    input.stats = (tl_mesh_stats){.diagonal = diagonal,
+                                  .volume = survey->volume,
+                                  .inverted = survey->inverted,
+                                  .degenerate = survey->degenerate,
+                                  .nonfinite_verts = unknown,
+                                  .unused_verts = unknown,
+                                  .duplicate_verts = unknown,
+                                  .boundary_triangles = unknown,
+                                  .boundary_area = nan,
+                                  .interface_triangles = unknown,
+                                  .components = unknown,
+                                  .nonmanifold_faces = unknown,
+                                  .nonmanifold_edges = unknown,
+                                  .nonmanifold_verts = unknown,
+                                  .quality_min = nan,
+                                  .quality_median = nan,
+                                  .dihedral_min = nan,
+                                  .dihedral_max = nan};
+    memcpy(input.stats.bounds, survey->bounds, sizeof input.stats.bounds);
+    return input;
+}
+
+/* Ends the segments as soon as the finest level has been made of them. */
+static tl_status build(tl_ctx *ctx, tl_segments **segments, const char *path,
+                       const tl_build_opts *opts, tl_build_result *r)
 {
     tli_plan plan;
+    tli_survey survey;
     tli_model *model = NULL;
     tli_shared shared = {0};
-    size_t *channels = NULL;
+    if (tl_segments_tet_count(*segments) == 0)
+        return tl_fail(ctx, TL_ERR_DATA, "the data set has no tets");
+    tl_status st = tli_survey_make(ctx, *segments, &survey);
+    if (!st) st = tli_plan_create(ctx, *segments, &survey, opts, &plan);
+    if (st) goto done;
+    tli_input input = describe(*segments, &survey, plan.diagonal);
+    st = tli_model_create(ctx, &plan, &model);
+    if (!st) st = tli_model_begin(model, &plan, *segments, &shared);
+    tl_segments_destroy(*segments);
+    *segments = NULL;
+    if (!st) st = tli_model_grow(model, &shared);
+    if (!st) tli_model_saturate(model);
+    if (!st) st = set_levels(model, r);
+    if (!st) st = tli_model_write(model, path, &input, &r->bytes);
+    r->tets_in = input.tets;
+    tli_shared_release(ctx, &shared);
+    tli_model_destroy(model);
+    tli_plan_release(&plan);
+done:
+    tli_survey_release(ctx, &survey);
+    return st;
+}
+
+/* The options with all defaults, and those of the segments that follow. */
+static tl_status take_opts(tl_ctx *ctx, const tl_build_opts *given, tl_build_opts *opts,
+                           tl_segment_opts *segment)
+{
+    *opts = tl_build_opts_defaults();
+    tl_status st = tli_opts_take(ctx, "tl_build_opts", given, opts, sizeof *opts);
+    if (!st) st = tli_build_opts_check(ctx, opts);
+    *segment = tl_segment_opts_defaults();
+    segment->folder = opts->folder;
+    segment->adjacency = false;
+    if (opts->memory_bytes) segment->memory_bytes = opts->memory_bytes / SEGMENT_PART;
+    if (segment->memory_bytes < TL_SEGMENT_MEMORY_MIN)
+        segment->memory_bytes = TL_SEGMENT_MEMORY_MIN;
+    /* patches are cut out of these */
+    if (opts->segment_tets && opts->segment_tets < segment->segment_tets)
+        segment->segment_tets = opts->segment_tets < 64 ? 64 : opts->segment_tets;
+    return st;
+}
+
+/* input or mesh. */
+static tl_status build_any(tl_ctx *ctx, const char *input, const tl_read_opts *read,
+                           const tl_mesh *mesh, const char *path, const tl_build_opts *given,
+                           tl_build_result *result)
+{
+    tl_build_opts opts;
+    tl_segment_opts segment;
+    tl_segments *segments = NULL;
     tl_build_result r = {0};
     double start = tli_clock_s();
     *result = r;
-    tl_status st = tli_plan_create(ctx, mesh, opts, &plan, &channels);
-    if (st) return st;
-    st = tli_model_create(ctx, &plan, &model);
-    if (!st) st = tli_model_begin(model, &plan, mesh, channels, &shared);
-    if (!st) st = tli_model_grow(model, &shared);
-    if (!st) tli_model_saturate(model);
-    if (!st) st = set_levels(model, &r);
-    tli_input input = {.time = tl_mesh_time(mesh),
-                       .tets = tl_mesh_tet_count(mesh),
-                       .verts = tl_mesh_vert_count(mesh)};
-    if (!st) st = tl_mesh_measure(ctx, mesh, &input.stats);
-    if (!st) st = tli_model_write(model, path, &input, &r.bytes);
-    r.tets_in = input.tets;
+    tl_ctx_reset_peak(ctx);
+    tl_status st = take_opts(ctx, given, &opts, &segment);
+    if (!st && mesh && tl_mesh_tet_count(mesh) == 0)
+        st = tl_fail(ctx, TL_ERR_DATA, "the mesh has no tets");
+    if (!st)
+        st = mesh ? tl_segments_build_mesh(ctx, mesh, &segment, NULL, &segments)
+                  : tl_segments_build(ctx, input, read, &segment, NULL, &segments, NULL);
+    if (!st) st = build(ctx, &segments, path, &opts, &r);
+    tl_segments_destroy(segments);
     r.seconds = tli_clock_s() - start;
     r.peak_bytes = tl_ctx_peak_bytes(ctx);
-    tli_shared_release(ctx, &shared);
-    tli_model_destroy(model);
-    tl_mem_free(ctx, channels);
-    tli_plan_release(&plan);
-    if (st)
+    if (st) {
         tl_build_release(ctx, &r);
-    else
-        *result = r;
-    return st;
+        return tl_note(ctx, st, "while building '%s'", path);
+    }
+    *result = r;
+    return TL_OK;
+}
+
+tl_status tl_model_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
+                              const tl_build_opts *opts, tl_build_result *result)
+{
+    return build_any(ctx, NULL, NULL, mesh, path, opts, result);
 }
 
 tl_status tl_model_build(tl_ctx *ctx, const char *input, const tl_read_opts *read, const char *path,
                          const tl_build_opts *opts, tl_build_result *result)
 {
-    tl_mesh *mesh = NULL;
-    double start = tli_clock_s();
-    *result = (tl_build_result){0};
-    tl_status st = tl_mesh_read(ctx, input, read, &mesh, NULL);
-    if (!st) st = tl_model_build_mesh(ctx, mesh, path, opts, result);
-    tl_mesh_destroy(mesh);
-    if (st) return tl_note(ctx, st, "while building '%s' from '%s'", path, input);
-    result->seconds = tli_clock_s() - start;
-    return TL_OK;
+    return build_any(ctx, input, read, NULL, path, opts, result);
 }
 
 void tl_build_release(tl_ctx *ctx, tl_build_result *result)

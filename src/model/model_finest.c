@@ -1,219 +1,252 @@
-/* Level 0 of a mesh in memory: places and values as they will be decoded, cut into patches, with
- * the originals on board. */
+/* Level 0: the segments of the input with places and values as they will be decoded, cut into
+ * patches, with the originals on board. Steps of places are agreed on by all segments first. */
 #include <math.h>
 
+#include "base/base_predicates.h"
 #include "base/base_sort.h"
 #include "model/model.h"
+#include "model/model_finest.h"
 
-typedef struct finest {
-    tl_ctx *ctx;
-    tli_model *model;
-    const tl_mesh *original;
-    const size_t *channels; /* [field_count] of the original */
-    tl_mesh *mesh;          /* as decoded */
-    int16_t *steps;
-    uint64_t *ids;
-    float *surface;
-    uint8_t *twins;
-    uint32_t *part;
-    tl_lidx *tet_local, *tet_of, *opposite;
-    tli_errors errors;
-} finest;
+/* ---- a segment as a mesh ---- */
 
-static tl_status add_fields(finest *f)
+static tl_status add_fields(tl_ctx *ctx, const tli_plan *plan, const tl_segment *s, tl_mesh *mesh)
 {
-    const tli_plan *plan = f->model->plan;
     tl_status st = TL_OK;
     for (size_t i = 0; !st && i < plan->field_count; i++) {
-        const tli_field *field = &plan->fields[i];
-        const tl_channel *from = &f->original->channels[f->channels[i]];
-        size_t count = (from->on == TL_ON_VERTEX ? f->mesh->vert_count : f->mesh->tet_count) *
-                       from->components;
-        double *values = tl_mem_alloc(f->ctx, count, sizeof *values, &st);
-        for (size_t v = 0; !st && v < count; v++)
-            values[v] = tli_field_round(field, from->values[v]);
-        tl_channel c = {field->name, field->unit, field->components, field->on, TL_F64, values};
-        if (!st) st = tl_mesh_adopt_channel(f->mesh, &c);
-        if (st) tl_mem_free(f->ctx, values);
+        const tli_field *f = &plan->fields[i];
+        bool on_vertex = f->on == TL_ON_VERTEX;
+        size_t count = on_vertex ? s->vert_count : s->tet_count, k = f->components;
+        size_t stride = on_vertex ? plan->source_vert_comps : plan->source_tet_comps;
+        const double *from = (on_vertex ? s->values : s->tet_values) + f->source_first;
+        double *values = tl_mem_alloc(ctx, count * k, sizeof *values, &st), *to = values;
+        for (size_t e = 0; !st && e < count; e++, from += stride)
+            for (size_t c = 0; c < k; c++) *to++ = tli_field_round(f, from[c]);
+        tl_channel channel = {f->name, f->unit, f->components, f->on, TL_F64, values};
+        if (!st) st = tl_mesh_adopt_channel(mesh, &channel);
+        if (st) tl_mem_free(ctx, values);
     }
-    if (!st && f->original->regions) st = tl_mesh_set_regions(f->mesh, f->original->regions);
+    if (!st && s->regions) st = tl_mesh_set_regions(mesh, s->regions);
     return st;
 }
 
-static tl_status make_mesh(finest *f, tli_plan *plan)
+static tl_status make_mesh(tl_ctx *ctx, const tli_finest *f, const tl_segment *s, tl_mesh **mesh)
 {
     tl_status st = TL_OK;
-    const tl_mesh *o = f->original;
-    double *xyz = tl_mem_alloc(f->ctx, o->vert_count, 3 * sizeof *xyz, &st);
-    tl_lidx *tets = tl_mem_alloc(f->ctx, o->tet_count, 4 * sizeof *tets, &st);
-    f->steps = tl_mem_alloc(f->ctx, o->vert_count, sizeof *f->steps, &st);
-    if (!st) st = tli_lattice_snap(plan, o, xyz, f->steps);
+    double *xyz = tl_mem_alloc(ctx, s->vert_count, 3 * sizeof *xyz, &st);
+    tl_lidx *tets = tl_mem_alloc(ctx, s->tet_count, 4 * sizeof *tets, &st);
+    *mesh = NULL;
     if (!st) {
-        memcpy(tets, o->tets, 4 * o->tet_count * sizeof *tets);
-        st = tl_mesh_adopt(f->ctx, xyz, o->vert_count, tets, o->tet_count, &f->mesh);
+        tli_finest_snap(f, s, xyz);
+        for (size_t i = 0; i < 4 * (size_t)s->tet_count; i++) tets[i] = s->tets[i];
+        st = tl_mesh_adopt(ctx, xyz, s->vert_count, tets, s->tet_count, mesh);
     }
     if (st) {
-        tl_mem_free(f->ctx, tets);
-        tl_mem_free(f->ctx, xyz);
+        tl_mem_free(ctx, tets);
+        tl_mem_free(ctx, xyz);
         return st;
     }
-    return add_fields(f);
+    return add_fields(ctx, f->model->plan, s, *mesh);
 }
 
-static uint64_t hash_place(const double x[3])
-{
-    uint64_t h = 0, bits;
-    for (int k = 0; k < 3; k++) {
-        double positive = x[k] + 0.0; /* no -0 */
-        memcpy(&bits, &positive, sizeof bits);
-        h = (h ^ bits) * 0x9e3779b97f4a7c15u;
-        h ^= h >> 29;
-    }
-    return h;
-}
+/* ---- patches ---- */
 
-static bool same_place(const double a[3], const double b[3])
-{
-    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
-}
+typedef struct job {
+    tl_ctx *ctx;
+    tli_finest *finest;
+    const tli_plan *plan;
+    tl_segment segment;
+    tl_mesh *mesh;
+    tl_lidx *opposite, *tet_of, *tet_local;
+    uint32_t *part;
+    tli_product *product;
+    uint64_t *carried; /* [TLI_KINDS] */
+} job;
 
-/* Vertices at one place, such as the two sides of a baffle, get numbers from 1 on. */
-static tl_status find_twins(finest *f)
+static tl_status write_patches(job *j)
 {
     tl_status st = TL_OK;
-    size_t n = f->mesh->vert_count;
-    const double *xyz = f->mesh->xyz;
-    uint64_t *keys = tl_mem_alloc(f->ctx, n, sizeof *keys, &st);
-    uint32_t *verts = tl_mem_alloc(f->ctx, n, sizeof *verts, &st);
+    size_t n = j->mesh->vert_count;
+    const tl_segment *s = &j->segment;
+    tli_product *p = j->product;
+    int16_t *steps = tl_mem_alloc(j->ctx, n, sizeof *steps, &st);
+    float *surface = tl_mem_zalloc(j->ctx, n, sizeof *surface, &st);
+    uint8_t *twins = tl_mem_alloc(j->ctx, n, sizeof *twins, &st);
+    uint8_t *outside = tl_mem_alloc(j->ctx, n, sizeof *outside, &st);
+    j->part = tl_mem_alloc(j->ctx, j->mesh->tet_count, sizeof *j->part, &st);
+    j->tet_local = tl_mem_alloc(j->ctx, j->mesh->tet_count, sizeof *j->tet_local, &st);
     for (size_t v = 0; !st && v < n; v++) {
-        keys[v] = hash_place(xyz + 3 * v);
-        verts[v] = (uint32_t)v;
+        steps[v] = tli_finest_step(j->finest, s->vert_ids[v]);
+        twins[v] = j->finest->twins[s->vert_ids[v]];
+        outside[v] = TL_LINK_SLOT(s->links[v]) != 0;
     }
-    if (!st) st = tli_sort_u64(f->ctx, keys, verts, n);
-    for (size_t i = 0, end; !st && i < n; i = end) {
-        for (end = i + 1; end < n && keys[end] == keys[i]; end++) {
-        }
-        for (size_t a = i; a < end; a++) {
-            unsigned same = 0, before = 0;
-            for (size_t b = i; b < end && end - i > 1; b++)
-                if (same_place(xyz + 3 * (size_t)verts[a], xyz + 3 * (size_t)verts[b])) {
-                    same++;
-                    before += b < a;
-                }
-            if (same < 2) continue;
-            if (before + 1 > UINT8_MAX)
-                st = tl_fail(f->ctx, TL_ERR_UNSUPPORTED, "more than %d vertices at one place",
-                             UINT8_MAX);
-            f->twins[verts[a]] = (uint8_t)(before + 1);
-        }
-    }
-    tl_mem_free(f->ctx, verts);
-    tl_mem_free(f->ctx, keys);
+    if (!st)
+        st = tli_split(j->ctx, j->mesh->xyz, j->mesh->tets, j->mesh->tet_count,
+                       j->plan->opts.patch_tets, j->part, &p->patch_count);
+    p->patches = tl_mem_zalloc(j->ctx, p->patch_count, sizeof *p->patches, &st);
+    if (st) p->patch_count = 0;
+    tli_cut cut = {.mesh = j->mesh,
+                   .ids = s->vert_ids,
+                   .steps = steps,
+                   .surface = surface,
+                   .twins = twins,
+                   .outside = outside,
+                   .part = j->part,
+                   .part_count = p->patch_count,
+                   .tet_local = j->tet_local};
+    if (!st) st = tli_cut_write(j->ctx, j->finest->model, &cut, p->patches, &p->shared);
+    tl_mem_free(j->ctx, outside);
+    tl_mem_free(j->ctx, twins);
+    tl_mem_free(j->ctx, surface);
+    tl_mem_free(j->ctx, steps);
     return st;
 }
 
-static tl_status write_patches(finest *f, tli_shared *shared)
-{
-    tl_status st = TL_OK;
-    tl_mesh *m = f->mesh;
-    const tli_plan *plan = f->model->plan;
-    size_t parts = 0, first;
-    f->ids = tl_mem_alloc(f->ctx, m->vert_count, sizeof *f->ids, &st);
-    f->surface = tl_mem_zalloc(f->ctx, m->vert_count, sizeof *f->surface, &st);
-    f->twins = tl_mem_zalloc(f->ctx, m->vert_count, sizeof *f->twins, &st);
-    if (!st) st = find_twins(f);
-    f->part = tl_mem_alloc(f->ctx, m->tet_count, sizeof *f->part, &st);
-    f->tet_local = tl_mem_alloc(f->ctx, m->tet_count, sizeof *f->tet_local, &st);
-    for (size_t v = 0; !st && v < m->vert_count; v++) f->ids[v] = v;
-    if (!st)
-        st = tli_split(f->ctx, m->xyz, m->tets, m->tet_count, plan->opts.patch_tets, f->part,
-                       &parts);
-    if (!st) st = tli_model_add_patches(f->model, parts, &first);
-    tli_cut cut = {.mesh = m,
-                   .ids = f->ids,
-                   .steps = f->steps,
-                   .surface = f->surface,
-                   .twins = f->twins,
-                   .part = f->part,
-                   .part_count = parts,
-                   .tet_local = f->tet_local};
-    return st ? st : tli_cut_write(f->ctx, f->model, &cut, f->model->patches, shared);
-}
+/* ---- originals ---- */
 
-/* The record of an original vertex or of a tet's centroid; false for one without a place. */
-static bool fill_record(const finest *f, int kind, size_t i, double *record)
+/* The record of a vertex or of a tet's centroid; false for one without a place. */
+static bool fill_record(const job *j, int kind, size_t i, double *record)
 {
-    const tl_mesh *o = f->original;
+    const tl_segment *s = &j->segment;
+    bool is_point = kind == TLI_POINTS;
     double *to = record + 3;
-    if (kind == TLI_POINTS)
-        memcpy(record, o->xyz + 3 * i, 3 * sizeof *record);
+    if (is_point)
+        memcpy(record, s->xyz + 3 * i, 3 * sizeof *record);
     else {
         double p[4][3];
-        tli_tet_corners(o->xyz, o->tets + 4 * i, p);
+        for (int c = 0; c < 4; c++)
+            memcpy(p[c], s->xyz + 3 * (size_t)s->tets[4 * i + (size_t)c], sizeof p[c]);
         for (int k = 0; k < 3; k++) record[k] = (p[0][k] + p[1][k] + p[2][k] + p[3][k]) / 4;
         double volume = fabs(tl_tet_volume(TLI_CORNERS(p)));
         *to++ = isfinite(volume) ? volume : 0;
     }
-    for (size_t j = 0; j < f->model->plan->field_count; j++) {
-        const tl_channel *c = &o->channels[f->channels[j]];
-        if (c->on != (kind == TLI_POINTS ? TL_ON_VERTEX : TL_ON_TET)) continue;
-        memcpy(to, c->values + i * c->components, c->components * sizeof *to);
-        to += c->components;
+    for (size_t f = 0; f < j->plan->field_count; f++) {
+        const tli_field *field = &j->plan->fields[f];
+        if (field->on != (is_point ? TL_ON_VERTEX : TL_ON_TET)) continue;
+        const double *row = is_point ? s->values + i * j->plan->source_vert_comps
+                                     : s->tet_values + i * j->plan->source_tet_comps;
+        memcpy(to, row + field->source_first, field->components * sizeof *to);
+        to += field->components;
     }
     return isfinite(record[0] + record[1] + record[2]);
 }
 
-static tl_status carry(finest *f, int kind)
+/* A vertex is carried by the segment that is its home. */
+static tl_status carry(job *j, int kind)
 {
     tl_status st = TL_OK;
-    const tl_mesh *o = f->original;
-    const tli_plan *plan = f->model->plan;
-    size_t count = kind == TLI_POINTS ? o->vert_count : o->tet_count;
-    size_t doubles = tli_record_doubles(plan, kind);
-    tli_carrier carrier = {f->ctx, plan, f->mesh, f->opposite, NULL, &f->errors};
+    const tl_segment *s = &j->segment;
+    tli_model *model = j->finest->model;
+    bool is_point = kind == TLI_POINTS;
+    size_t count = is_point ? s->vert_count : s->tet_count;
+    tli_carrier carrier = {j->ctx, j->plan, j->mesh, j->opposite, NULL, &j->product->errors};
     tli_dealer dealer = {0};
-    if (kind == TLI_CELLS && !plan->tet_comps) return TL_OK;
-    double *record = tl_mem_alloc(f->ctx, doubles, sizeof *record, &st);
+    if (!is_point && !j->plan->tet_comps) return TL_OK;
+    double *record = tl_mem_alloc(j->ctx, tli_record_doubles(j->plan, kind), sizeof *record, &st);
     if (!st)
-        st = tli_dealer_open(f->ctx, f->model, f->model->carried[0], f->model->patches,
-                             f->model->patch_count, kind, &dealer);
+        st = tli_dealer_open(j->ctx, model, model->carried[0], j->product->patches,
+                             j->product->patch_count, kind, &dealer);
     for (size_t i = 0; !st && i < count; i++) {
         double w[4], distance;
-        tl_lidx tet = kind == TLI_POINTS ? f->tet_of[i] : (tl_lidx)i;
-        if (tet == TL_NONE || !fill_record(f, kind, i, record)) continue;
+        tl_lidx tet = is_point ? j->tet_of[i] : (tl_lidx)i;
+        if (is_point && (s->links[i] & TL_LINK_COPY)) continue;
+        if (tet == TL_NONE || !fill_record(j, kind, i, record)) continue;
         st = tli_carrier_locate(&carrier, record, tet, &tet, w, &distance);
         if (st) break;
-        uint32_t part = f->part[tet];
+        uint32_t part = j->part[tet];
         tli_carrier_measure(&carrier, kind, record, tet, w, distance,
-                            f->model->patches[part].squares);
-        st = tli_dealer_add(&dealer, part, record, f->tet_local[tet]);
-        *(kind == TLI_POINTS ? &f->model->point_count : &f->model->cell_count) += 1;
+                            j->product->patches[part].squares);
+        st = tli_dealer_add(&dealer, part, record, j->tet_local[tet]);
+        j->carried[kind]++;
     }
     st = tli_dealer_close(&dealer, st);
     tl_locator_destroy(carrier.locator);
-    tl_mem_free(f->ctx, record);
+    tl_mem_free(j->ctx, record);
     return st;
 }
 
-tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_mesh *mesh,
-                          const size_t *channels, tli_shared *shared)
+/* ---- all segments ---- */
+
+static tl_status process(tl_ctx *ctx, tli_finest *f, uint32_t segment, tli_product *product,
+                         uint64_t carried[TLI_KINDS])
 {
-    finest f = {.ctx = model->ctx, .model = model, .original = mesh, .channels = channels};
-    tl_status st = make_mesh(&f, plan);
-    if (!st) st = write_patches(&f, shared);
-    if (!st) st = tli_errors_create(f.ctx, plan, &f.errors);
-    if (!st) st = tl_mesh_adjacency(f.ctx, f.mesh, &f.opposite, NULL);
-    f.tet_of = tl_mem_alloc(f.ctx, mesh->vert_count, sizeof *f.tet_of, &st);
-    for (size_t v = 0; !st && v < mesh->vert_count; v++) f.tet_of[v] = TL_NONE;
-    for (size_t i = 0; !st && i < 4 * mesh->tet_count; i++)
-        f.tet_of[mesh->tets[i]] = (tl_lidx)(i / 4);
-    for (int kind = 0; !st && kind < TLI_KINDS; kind++) st = carry(&f, kind);
-    for (size_t i = 0; !st && i < plan->field_count; i++)
-        plan->fields[i].leaf_error = f.errors.max[i];
-    tli_errors_release(f.ctx, &f.errors);
-    void *blocks[] = {f.steps, f.ids,       f.surface, f.twins,
-                      f.part,  f.tet_local, f.tet_of,  f.opposite};
-    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(f.ctx, blocks[i]);
-    tl_mesh_destroy(f.mesh);
+    job j = {
+        .ctx = ctx, .finest = f, .plan = f->model->plan, .product = product, .carried = carried};
+    *product = (tli_product){0};
+    tl_status st = tl_segments_load(ctx, f->segments, segment, &j.segment);
+    if (st) return st;
+    st = tli_errors_create(ctx, j.plan, &product->errors);
+    if (!st) st = make_mesh(ctx, f, &j.segment, &j.mesh);
+    if (!st) st = write_patches(&j);
+    if (!st) st = tl_mesh_adjacency(ctx, j.mesh, &j.opposite, NULL);
+    j.tet_of = tl_mem_alloc(ctx, j.segment.vert_count, sizeof *j.tet_of, &st);
+    for (size_t v = 0; !st && v < j.segment.vert_count; v++) j.tet_of[v] = TL_NONE;
+    for (size_t i = 0; !st && i < 4 * (size_t)j.segment.tet_count; i++)
+        j.tet_of[j.segment.tets[i]] = (tl_lidx)(i / 4);
+    for (int kind = 0; !st && kind < TLI_KINDS; kind++) st = carry(&j, kind);
+    void *blocks[] = {j.part, j.tet_local, j.tet_of, j.opposite};
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+    tl_mesh_destroy(j.mesh);
+    tl_segment_release(ctx, &j.segment);
+    if (st) tli_product_release(ctx, product);
+    return st;
+}
+
+typedef struct all_job {
+    tli_finest *finest;
+    tli_product *products;          /* [count] */
+    uint64_t (*carried)[TLI_KINDS]; /* [count] */
+} all_job;
+
+static tl_status process_range(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    all_job *a = arg;
+    tl_ctx *ctx = NULL, *root = a->finest->model->ctx;
+    tl_status st = tli_ctx_fork(root, &ctx);
+    (void)worker;
+    for (size_t i = begin; !st && i < end; i++)
+        st = process(ctx, a->finest, (uint32_t)i, &a->products[i], a->carried[i]);
+    return tli_ctx_join(root, ctx, st);
+}
+
+/* Takes over the patches of a segment. */
+static tl_status note(tli_model *m, tli_plan *plan, tli_product *p, tli_shared *shared)
+{
+    size_t first;
+    tl_status st = tli_model_add_patches(m, p->patch_count, &first);
+    for (size_t i = 0; !st && i < p->shared.count; i++)
+        st = tli_shared_add(m->ctx, shared, p->shared.ids[i],
+                            p->shared.patches[i] + (uint32_t)first);
+    if (st) return st;
+    for (size_t i = 0; i < p->patch_count; i++) {
+        m->patches[first + i] = p->patches[i];
+        m->patches[first + i].producer = m->patches[first + i].consumer = TL_NONE;
+    }
+    for (size_t i = 0; i < plan->field_count; i++)
+        plan->fields[i].leaf_error = fmax(plan->fields[i].leaf_error, p->errors.max[i]);
+    p->patch_count = 0; /* what hangs on the patches went along */
+    tli_product_release(m->ctx, p);
+    return TL_OK;
+}
+
+tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *segments,
+                          tli_shared *shared)
+{
+    tli_finest f = {.model = model, .segments = segments};
+    size_t count = tl_segments_count(segments);
+    all_job all = {.finest = &f};
+    tl_status st = tli_finest_agree(&f, plan);
+    all.products = tl_mem_zalloc(model->ctx, count, sizeof *all.products, &st);
+    all.carried = tl_mem_zalloc(model->ctx, count, sizeof *all.carried, &st);
+    if (!st) st = tli_parallel(model->ctx, count, 1, process_range, &all);
+    for (size_t i = 0; !st && i < count; i++) {
+        model->point_count += all.carried[i][TLI_POINTS];
+        model->cell_count += all.carried[i][TLI_CELLS];
+        st = note(model, plan, &all.products[i], shared);
+    }
+    for (size_t i = 0; all.products && i < count; i++)
+        tli_product_release(model->ctx, &all.products[i]);
+    tl_mem_free(model->ctx, all.carried);
+    tl_mem_free(model->ctx, all.products);
+    tli_finest_release(&f);
     return st;
 }

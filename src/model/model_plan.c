@@ -6,6 +6,8 @@
 
 /* Sizes that did best by measurement: docs/notes/2026-11-22-model.md */
 enum { SEGMENT_TETS = 65536, PATCH_TETS = 4096 };
+/* Components that can steer a simplification. */
+enum { COMPONENTS_MAX = 256 };
 /* Vectors whose lengths differ by less than this part of the widest range of a component count as
  * equally long. */
 static const double EQUAL_LENGTHS = 1e-3;
@@ -19,7 +21,7 @@ tl_build_opts tl_build_opts_defaults(void)
                            .reduction = 0.5};
 }
 
-static tl_status check_opts(tl_ctx *ctx, const tl_build_opts *o)
+tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *o)
 {
     if (!(o->channel_error >= 0) || !isfinite(o->channel_error))
         return tl_fail(ctx, TL_ERR_ARG, "channel error %g, expected 0 or more", o->channel_error);
@@ -33,43 +35,12 @@ static tl_status check_opts(tl_ctx *ctx, const tl_build_opts *o)
     return TL_OK;
 }
 
-static void set_bounds(const tl_mesh *mesh, tli_plan *p)
+/* What errors of a channel are fractions of: its range or, where vectors are all but equally long,
+ * that of their components. */
+static double width_of(const tli_channel_survey *c)
 {
-    double square = 0;
-    for (int k = 0; k < 3; k++) {
-        p->bounds[2 * k] = (double)INFINITY;
-        p->bounds[2 * k + 1] = (double)-INFINITY;
-    }
-    for (size_t v = 0; v < mesh->vert_count; v++) {
-        const double *x = mesh->xyz + 3 * v;
-        if (!isfinite(x[0] + x[1] + x[2])) continue;
-        for (int k = 0; k < 3; k++) {
-            p->bounds[2 * k] = fmin(p->bounds[2 * k], x[k]);
-            p->bounds[2 * k + 1] = fmax(p->bounds[2 * k + 1], x[k]);
-        }
-    }
-    for (int k = 0; k < 3; k++) {
-        if (p->bounds[2 * k] > p->bounds[2 * k + 1]) p->bounds[2 * k] = p->bounds[2 * k + 1] = 0;
-        double side = p->bounds[2 * k + 1] - p->bounds[2 * k];
-        square += side * side;
-    }
-    p->diagonal = sqrt(square);
-}
-
-static double channel_width(const tl_channel *c, size_t count, const double range[2])
-{
-    double widest = 0, width = range[1] - range[0];
-    for (uint32_t k = 0; c->components > 1 && k < c->components; k++) {
-        double lo = (double)INFINITY, hi = (double)-INFINITY;
-        for (size_t v = 0; v < count; v++) {
-            double value = c->values[v * c->components + k];
-            if (!isfinite(value)) continue;
-            lo = fmin(lo, value);
-            hi = fmax(hi, value);
-        }
-        if (hi - lo > widest) widest = hi - lo;
-    }
-    return width > EQUAL_LENGTHS * widest ? width : widest;
+    double width = c->range[1] - c->range[0], extent = c->extent[1] - c->extent[0];
+    return width > EQUAL_LENGTHS * extent ? width : extent;
 }
 
 /* The bound of the codec; 0: lossless. */
@@ -99,21 +70,23 @@ static void set_code(tli_field *f)
     f->code.step = 1;
 }
 
-static tl_status set_field(tli_plan *p, const tl_mesh *mesh, const tl_channel *c, tli_field *f)
+static tl_status set_field(tli_plan *p, const tl_segment_channel *c,
+                           const tli_channel_survey *found, tli_field *f)
 {
-    size_t count = c->on == TL_ON_VERTEX ? mesh->vert_count : mesh->tet_count;
     size_t *comps = c->on == TL_ON_VERTEX ? &p->vert_comps : &p->tet_comps;
     tl_status st = TL_OK;
-    *f =
-        (tli_field){.components = c->components, .on = c->on, .scalar = c->scalar, .first = *comps};
+    *f = (tli_field){.components = c->components,
+                     .on = c->on,
+                     .scalar = c->scalar,
+                     .first = *comps,
+                     .source_first = c->first,
+                     .nonfinite_count = found->nonfinite};
     f->name = tli_strdup(p->ctx, c->name, &st);
     f->unit = tli_strdup(p->ctx, c->unit ? c->unit : "", &st);
     if (st) return st;
     *comps += c->components;
-    size_t nonfinite = 0;
-    tl_channel_range(c, count, f->range, &nonfinite);
-    f->nonfinite_count = nonfinite;
-    f->width = channel_width(c, count, f->range);
+    memcpy(f->range, found->range, sizeof f->range);
+    f->width = width_of(found);
     f->bound = codec_bound(&p->opts, f);
     set_code(f);
     f->scale = f->width > 0 && isfinite(1 / f->width) ? 1 / f->width : 0;
@@ -127,51 +100,69 @@ static bool is_wanted(const tl_build_opts *o, const char *name)
     return !o->channels;
 }
 
-static tl_status set_fields(tli_plan *p, const tl_mesh *mesh, size_t **channels)
+static tl_status check_names(const tli_plan *p, const tl_segments *segments)
 {
-    tl_status st = TL_OK;
-    size_t count = tl_mesh_channel_count(mesh);
-    for (size_t i = 0; i < p->opts.channel_count; i++)
-        if (!tl_mesh_channel_by_name(mesh, p->opts.channels[i]))
-            return tl_fail(p->ctx, TL_ERR_DATA, "the mesh has no channel '%s'",
-                           p->opts.channels[i]);
-    *channels = tl_mem_alloc(p->ctx, count, sizeof **channels, &st);
+    for (size_t i = 0; i < p->opts.channel_count + p->opts.error_count; i++) {
+        const char *name = i < p->opts.channel_count
+                               ? p->opts.channels[i]
+                               : p->opts.errors[i - p->opts.channel_count].name;
+        size_t c = 0, count = tl_segments_channel_count(segments);
+        while (c < count && strcmp(tl_segments_channel(segments, c)->name, name) != 0) c++;
+        if (c == count)
+            return tl_fail(p->ctx, TL_ERR_DATA, "the data set has no channel '%s'", name);
+    }
+    return TL_OK;
+}
+
+static tl_status set_fields(tli_plan *p, const tl_segments *segments, const tli_survey *survey)
+{
+    size_t count = tl_segments_channel_count(segments), components = 0;
+    tl_status st = check_names(p, segments);
     p->fields = tl_mem_zalloc(p->ctx, count, sizeof *p->fields, &st);
     p->steering = tl_mem_zalloc(p->ctx, count, sizeof *p->steering, &st);
     p->steering_scales = tl_mem_zalloc(p->ctx, count, sizeof *p->steering_scales, &st);
     for (size_t i = 0; !st && i < count; i++) {
-        const tl_channel *c = tl_mesh_channel(mesh, i);
+        const tl_segment_channel *c = tl_segments_channel(segments, i);
         if (!is_wanted(&p->opts, c->name)) continue;
-        (*channels)[p->field_count] = i;
         tli_field *f = &p->fields[p->field_count++];
-        st = set_field(p, mesh, c, f);
+        st = set_field(p, c, &survey->channels[i], f);
         if (st || c->on != TL_ON_VERTEX) continue;
         p->steering[p->steering_count] = (tl_simplify_channel){f->name, 1, 0};
         p->steering_scales[p->steering_count++] = f->scale;
+        components += f->components;
     }
+    if (!st && components > COMPONENTS_MAX)
+        st = tl_fail(p->ctx, TL_ERR_UNSUPPORTED,
+                     "the channels on vertices have %zu components together, at most %d can be "
+                     "built at once",
+                     components, COMPONENTS_MAX);
     return st;
 }
 
-tl_status tli_plan_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opts, tli_plan *p,
-                          size_t **channels)
+tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_survey *survey,
+                          const tl_build_opts *opts, tli_plan *p)
 {
-    *channels = NULL;
-    *p = (tli_plan){.ctx = ctx, .opts = tl_build_opts_defaults()};
-    tl_status st = tli_opts_take(ctx, "tl_build_opts", opts, &p->opts, sizeof p->opts);
-    if (!st) st = check_opts(ctx, &p->opts);
-    if (!st && tl_mesh_tet_count(mesh) == 0) st = tl_fail(ctx, TL_ERR_DATA, "the mesh has no tets");
-    if (!st) st = set_fields(p, mesh, channels);
+    double square = 0;
+    *p = (tli_plan){.ctx = ctx, .opts = *opts};
+    tl_status st = set_fields(p, segments, survey);
     if (st) {
-        tl_mem_free(ctx, *channels);
-        *channels = NULL;
         tli_plan_release(p);
         return st;
     }
     if (!p->opts.segment_tets) p->opts.segment_tets = SEGMENT_TETS;
     if (!p->opts.patch_tets) p->opts.patch_tets = PATCH_TETS;
+    p->source_vert_comps = tl_segments_components(segments, TL_ON_VERTEX);
+    p->source_tet_comps = tl_segments_components(segments, TL_ON_TET);
     p->quadric_floats = tli_piece_quadric_floats(p->vert_comps);
-    p->has_regions = tl_mesh_regions(mesh) != NULL;
-    set_bounds(mesh, p);
+    p->has_regions = tl_segments_has_regions(segments);
+    p->finite_places = survey->is_finite;
+    p->float32_places = survey->is_float32;
+    memcpy(p->bounds, survey->bounds, sizeof p->bounds);
+    for (int k = 0; k < 3; k++) {
+        double side = p->bounds[2 * k + 1] - p->bounds[2 * k];
+        square += side * side;
+    }
+    p->diagonal = sqrt(square);
     p->boundary_error = p->opts.boundary_error * p->diagonal;
     return TL_OK;
 }
