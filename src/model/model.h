@@ -23,11 +23,11 @@ typedef struct tli_field {
     tl_scalar scalar;
     size_t first;        /* its first component among all on the same elements */
     size_t source_first; /* the same among those of the input */
-    double range[2];    /* of the values, or of their norms */
-    double width;       /* what errors are fractions of */
-    double bound;       /* that the codec keeps, in the channel's unit */
-    double scale;       /* values to cost units */
-    tl_value_code code; /* how values are stored */
+    double range[2];     /* of the values, or of their norms */
+    double width;        /* what errors are fractions of */
+    double bound;        /* that the codec keeps, in the channel's unit */
+    double scale;        /* values to cost units */
+    tl_value_code code;  /* how values are stored */
     uint64_t nonfinite_count;
     double leaf_error; /* of the finest mesh as it is decoded, at the original vertices */
 } tli_field;
@@ -179,7 +179,8 @@ typedef struct tli_level {
     uint32_t level;
     tli_locked locked;
     double cost_max;
-    double ratio; /* of tets that are to be left, where no cost rules */
+    double boundary_error; /* of this level's result, mesh units */
+    double ratio;          /* of tets that are to be left, where no cost rules */
 } tli_level;
 
 /* The result of a segment, to be noted in the order of segments. */

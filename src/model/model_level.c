@@ -8,9 +8,11 @@
 
 #include "model/model.h"
 
-enum { SAMPLE = 8 };
+enum { SAMPLE = 12 };
 /* A level that leaves more than this part of the tets is not worth having. */
 static const double TOO_MUCH_LEFT = 0.95;
+/* How far the first level's boundary may be off, in diagonals; the next ones twice as far each. */
+static const double BOUNDARY_FIRST = 1e-3;
 
 /* ---- the cost of a level ---- */
 
@@ -159,13 +161,38 @@ static tl_status note_product(tli_model *m, size_t segment, tli_product *p, tli_
     return TL_OK;
 }
 
+/* The segments of a level and what they make, with a bound on the boundary that grows where it
+ * keeps the level from being worth having; *more tells whether it is. */
+static tl_status process_all(level_job *j, bool *more)
+{
+    tl_status st = TL_OK;
+    tli_level *level = j->level;
+    tli_model *m = level->model;
+    double most = m->plan->boundary_error;
+    double bound = ldexp(BOUNDARY_FIRST * m->plan->diagonal, (int)level->level);
+    for (*more = false; !st && !*more; bound *= 4) {
+        uint64_t in = 0, out = 0;
+        level->boundary_error = bound < most ? bound : most;
+        tli_depot_clear(m->carried[(level->level + 1) & 1]);
+        st = find_cost(j);
+        if (!st) st = tli_parallel(m->ctx, j->count, 1, process, j);
+        for (size_t s = 0; !st && s < j->count; s++) {
+            in += j->products[s].input_tets;
+            out += j->products[s].output_tets;
+        }
+        *more = !st && (double)out <= TOO_MUCH_LEFT * (double)in;
+        if (*more || bound >= most) break;
+        for (size_t s = 0; s < j->count; s++) tli_product_release(m->ctx, &j->products[s]);
+    }
+    return st;
+}
+
 /* One level; *more tells whether it is worth having. Its patches begin at first. */
 static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, tli_shared *shared,
                             bool *more)
 {
     tl_status st = TL_OK;
     size_t end = m->patch_count, groups = 0, first_segment = m->segment_count;
-    uint64_t tets_in = 0, tets_out = 0;
     tli_level level = {.model = m, .level = level_number, .ratio = m->plan->opts.reduction};
     level_job job = {.level = &level};
     uint32_t *group_of = tl_mem_alloc(m->ctx, end - first, sizeof *group_of, &st);
@@ -175,14 +202,8 @@ static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, t
     job.segments = m->segments + first_segment;
     job.count = groups;
     job.products = tl_mem_zalloc(m->ctx, groups, sizeof *job.products, &st);
-    if (!st) st = find_cost(&job);
-    tli_depot_clear(m->carried[(level_number + 1) & 1]);
-    if (!st) st = tli_parallel(m->ctx, groups, 1, process, &job);
-    for (size_t s = 0; !st && s < groups; s++) {
-        tets_in += job.products[s].input_tets;
-        tets_out += job.products[s].output_tets;
-    }
-    *more = !st && (double)tets_out <= TOO_MUCH_LEFT * (double)tets_in;
+    *more = false;
+    if (!st) st = process_all(&job, more);
     for (size_t s = 0; *more && !st && s < groups; s++)
         st = note_product(m, first_segment + s, &job.products[s], shared);
     if (!*more) drop_segments(m, first_segment);

@@ -36,7 +36,7 @@ static tl_status simplify(job *j, double cost_max, size_t target)
     const tli_plan *plan = j->plan;
     tl_simplify_opts opts = tl_simplify_opts_defaults();
     opts.target_tets = target ? target : 1;
-    opts.boundary_error = plan->boundary_error;
+    opts.boundary_error = j->level->boundary_error;
     opts.channels = plan->steering;
     opts.channel_count = plan->steering_count;
     opts.locked = j->weld.locked;
