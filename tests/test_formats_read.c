@@ -35,13 +35,12 @@ typedef struct foreign {
     }
 
 static const foreign foreigns[] = {
-    FOREIGN("a.exo", "CDF\002\0\0\0\0", TL_ERR_UNSUPPORTED, "Exodus II"),
+    FOREIGN("a.exo", "CDF\002\0\0\0\0", TL_ERR_FORMAT, "netCDF"),
     FOREIGN("a.cgns", "\x89HDF\r\n\x1a\n....", TL_ERR_UNSUPPORTED, "CGNS"),
     FOREIGN("a.hdf", "\x89HDF\r\n\x1a\n....", TL_ERR_UNSUPPORTED, "HDF5"),
     FOREIGN("a.vtkhdf", "\x89HDF\r\n\x1a\n....", TL_ERR_UNSUPPORTED, "VTKHDF"),
-    FOREIGN("b.cgns", "@(#)ADF Database Version A02011", TL_ERR_UNSUPPORTED, "CGNS"),
+    FOREIGN("b.cgns", "@(#)ADF Database Version A02011", TL_ERR_FORMAT, "ADF"),
     FOREIGN("a.msh", "$NOD\n2.2 0 8\n", TL_ERR_UNSUPPORTED, "Gmsh MSH 1"),
-    FOREIGN("a.xdmf", "<?xml version=\"1.0\"?>\n<Xdmf>", TL_ERR_UNSUPPORTED, "XDMF"),
     FOREIGN("a.gz", "\x1f\x8b\x08", TL_ERR_FORMAT, "inside a stream"),
     FOREIGN("a.pvtu", "<?xml version='1.0'?>\n<VTKFile byte_order='x' type = 'PPolyData'>",
             TL_ERR_UNSUPPORTED, "PPolyData"),

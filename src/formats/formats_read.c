@@ -9,11 +9,35 @@
 #include <string.h>
 #include <sys/stat.h>
 
+/* Bytes at either end of a file that are searched for a word that tells its kind. */
+#define TAIL_BYTES ((uint64_t)4 << 20)
+
 /* ---- sources ---- */
 
 bool tli_head_begins(const tli_source *source, const char *text)
 {
     return strncmp(source->head, text, strlen(text)) == 0;
+}
+
+/* Text within count bytes. */
+static bool holds(const uint8_t *bytes, uint64_t count, const char *text)
+{
+    size_t length = strlen(text);
+    const uint8_t *at = bytes, *end = bytes + count;
+    while ((size_t)(end - at) >= length &&
+           (at = memchr(at, text[0], (size_t)(end - at) - length + 1))) {
+        if (memcmp(at, text, length) == 0) return true;
+        at++;
+    }
+    return false;
+}
+
+bool tli_source_holds(const tli_source *source, const char *text)
+{
+    uint64_t count = source->map.byte_count, part = count < TAIL_BYTES ? count : TAIL_BYTES;
+    if (source->folder) return false;
+    return holds(source->map.bytes, part, text) ||
+           holds(source->map.bytes + (count - part), part, text);
 }
 
 bool tli_ends_in(const char *path, const char *endings)

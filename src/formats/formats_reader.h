@@ -56,6 +56,8 @@ void tli_vtk_xml_type(const char *head, char type[40]);
 
 /* True if the head begins with text. */
 bool tli_head_begins(const tli_source *source, const char *text);
+/* True if the bytes of text stand somewhere near the beginning or the end of the file. */
+bool tli_source_holds(const tli_source *source, const char *text);
 /* True if the path ends in one of the endings of a list such as ".exo .e", in any case. */
 bool tli_ends_in(const char *path, const char *endings);
 
@@ -128,5 +130,26 @@ tl_status tli_read_vtkpieces(tl_ctx *ctx, const tli_source *source, const tl_rea
 tli_match tli_match_vtm(const tli_source *source);
 tl_status tli_read_vtm(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
                        tli_grid *grid);
+
+/* Readers of the table with steps of their own. Those of VTKHDF are there only where HDF5 is, those
+ * of XDMF where expat is. */
+tl_status tli_read_xdmf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                        tli_grid *grid);
+tl_status tli_steps_xdmf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                         tl_steps *steps);
+tl_status tli_read_vtkhdf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                          tli_grid *grid);
+tl_status tli_steps_vtkhdf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                           tl_steps *steps);
+tli_match tli_match_cgns(const tli_source *source);
+tl_status tli_read_cgns(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                        tli_grid *grid);
+tl_status tli_steps_cgns(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                         tl_steps *steps);
+tli_match tli_match_exodus(const tli_source *source);
+tl_status tli_read_exodus(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                          tli_grid *grid);
+tl_status tli_steps_exodus(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                           tl_steps *steps);
 
 #endif

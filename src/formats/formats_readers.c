@@ -99,6 +99,32 @@ static tl_status read_raw(tl_ctx *ctx, const tli_source *source, const tl_read_o
     return tli_read_raw(ctx, &source->map, source->path, opts, grid);
 }
 
+/* ---- libraries ---- */
+
+#define HDF5_PACKAGE "libhdf5-dev"
+#if TETRALOD_WITH_HDF5
+#define HDF5_READER(function) function
+#else
+#define HDF5_READER(function) NULL
+#endif
+
+#if TETRALOD_WITH_EXPAT
+#define EXPAT_READER(function) function
+#else
+#define EXPAT_READER(function) NULL
+#endif
+
+static tli_match match_xdmf(const tli_source *source)
+{
+    return strstr(source->head, "<Xdmf") ? TLI_MATCH_BYTES : TLI_MATCH_NO;
+}
+
+static tli_match match_vtkhdf(const tli_source *source)
+{
+    bool hdf5 = tli_head_begins(source, "\x89HDF\r\n\x1a\n");
+    return hdf5 && tli_source_holds(source, "VTKHDF") ? TLI_MATCH_BYTES : TLI_MATCH_NO;
+}
+
 /* ---- the table ---- */
 
 const tli_reader tli_readers[] = {
@@ -107,12 +133,23 @@ const tli_reader tli_readers[] = {
      tli_match_ensight,
      tli_read_ensight,
      tli_steps_ensight},
+    {{"CGNS",
+      "zones of flow solvers with solutions and boundary conditions, in ADF; in HDF5 needs HDF5",
+      ".cgns", NULL, .reads = true, .series = true},
+     tli_match_cgns,
+     tli_read_cgns,
+     tli_steps_cgns},
+    {{"Exodus II", "meshes of Sandia's codes in netCDF; netCDF-4 needs HDF5",
+      ".e .exo .ex2 .exii .gen .g", NULL, .reads = true, .series = true},
+     tli_match_exodus,
+     tli_read_exodus,
+     tli_steps_exodus},
     {{"Gaussian cube", "values on a lattice around a molecule", ".cube .cub", NULL, .reads = true},
      tli_match_cube,
      tli_read_cube,
      NULL},
     {{"Gmsh", "MSH 2.0 to 4.1 with groups, names and values, text and binary", ".msh", NULL,
-      .reads = true, .writes = true, .series = true},
+      .reads = true, .series = true},
      tli_match_gmsh,
      tli_read_gmsh,
      tli_steps_gmsh},
@@ -126,7 +163,7 @@ const tli_reader tli_readers[] = {
      read_legacy,
      NULL},
     {{"Medit", "meshes with values beside them (.sol), text and binary", ".mesh .meshb .sol .solb",
-      NULL, .reads = true, .writes = true},
+      NULL, .reads = true},
      tli_match_medit,
      tli_read_medit,
      NULL},
@@ -172,10 +209,15 @@ const tli_reader tli_readers[] = {
      NULL},
     {{"SLC", "volumes of VolVis", ".slc", NULL, .reads = true}, tli_match_slc, tli_read_slc, NULL},
     {{"TetGen", "tets of TetGen and Triangle, text and Chaste's binary form", ".node .ele .face",
-      NULL, .reads = true, .writes = true},
+      NULL, .reads = true},
      tli_match_tetgen,
      tli_read_tetgen,
      NULL},
+    {{"VTKHDF", "grids, images and polygons of VTK in HDF5, in parts and steps", ".vtkhdf .hdf",
+      HDF5_PACKAGE, .reads = TETRALOD_WITH_HDF5, .series = true},
+     match_vtkhdf,
+     HDF5_READER(tli_read_vtkhdf),
+     HDF5_READER(tli_steps_vtkhdf)},
     {{"VTI", "VTK XML, image data", ".vti", NULL, .reads = true}, match_vti, read_xml, NULL},
     {{"VTM", "VTK XML, blocks in files of their own", ".vtm .vtmb", NULL, .reads = true},
      tli_match_vtm,
@@ -187,6 +229,11 @@ const tli_reader tli_readers[] = {
      match_vtu,
      read_xml,
      NULL},
+    {{"XDMF", "XML with arrays in HDF5, files of bytes or in itself, collections in time and space",
+      ".xdmf .xmf", "libexpat1-dev", .reads = TETRALOD_WITH_EXPAT, .series = true},
+     match_xdmf,
+     EXPAT_READER(tli_read_xdmf),
+     EXPAT_READER(tli_steps_xdmf)},
 };
 const size_t tli_reader_count = sizeof tli_readers / sizeof tli_readers[0];
 
