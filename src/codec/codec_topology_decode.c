@@ -289,7 +289,8 @@ static const char *read_head(reader *r, const uint8_t *bytes, size_t byte_count)
         return "has unknown flags";
     if (r->patch->tet_count > TL_PATCH_TETS_MAX) return "has too many tets";
     if (r->patch->vert_count > TL_PATCH_VERTS_MAX) return "has too many vertices";
-    if (r->odd_count > r->patch->tet_count) return "has more odd tets than tets";
+    if (r->odd_count > (bytes[0] == BLOB_RAW ? 0 : r->patch->tet_count))
+        return "has more odd tets than tets";
     if (byte_count < model_least_bytes(r->patch->tet_count)) return "has more tets than bytes hold";
     return NULL;
 }
