@@ -237,8 +237,7 @@ static tl_status meet_all(tli_build *b)
             meeting *m = &meetings[i];
             st = tli_bins_add(&b->links, m->links, m->link_begins);
             pairs = tl_mem_resize(ctx, pairs, pair_count + m->pair_count, sizeof *pairs, &st);
-            if (!st) memcpy(pairs + pair_count, m->pairs, m->pair_count * sizeof *pairs);
-            if (!st) pair_count += m->pair_count;
+            for (size_t k = 0; !st && k < m->pair_count; k++) pairs[pair_count++] = m->pairs[k];
             b->segments->vert_count += m->vert_count;
         }
         for (uint32_t i = 0; i < count; i++) release_meeting(ctx, &meetings[i]);
