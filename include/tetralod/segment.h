@@ -10,6 +10,7 @@
 #define TETRALOD_SEGMENT_H
 
 #include "tetralod/formats.h"
+#include "tetralod/simplify.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -150,6 +151,33 @@ typedef struct tl_stream {
 /* Gives what hangs on *stream. Depends on boxes and neighbours alone. */
 TL_API tl_status tl_segments_stream(tl_ctx *ctx, const tl_segments *segments, tl_stream *stream);
 TL_API void tl_stream_release(tl_ctx *ctx, tl_stream *stream);
+
+/* ---- simplification ---- */
+
+/* What was reached. */
+typedef struct tl_stream_result {
+    uint64_t tets_in, tets_out, vertices_in, vertices_out;
+    uint64_t inverted, degenerate; /* tets of the result that are negative, flat */
+    double boundary_error; /* bound on the two-sided distance of the boundaries and interfaces */
+    unsigned rounds;
+    uint32_t clusters; /* of the first round: 1 means that nothing was held at a border */
+    bool target_reached;
+    double seconds;    /* all but reading and writing of files */
+    size_t peak_bytes; /* of the context */
+} tl_stream_result;
+
+/* Simplifies the data set of a file that need not fit into memory and streams the result to a .vtu
+ * or .vtk file. Clusters of neighbouring segments are simplified as tl_mesh_simplify does, with
+ * their common vertices locked; the next round cuts the rest into other clusters, so that those are
+ * inside. The last round meets the target. A mesh of one cluster is simplified as a whole. With an
+ * error bound there is one round alone: the bound holds at every original vertex, and what lies at
+ * the borders of clusters keeps its tets. simplify: locked and listener must be NULL. The clusters
+ * depend on the memory, not on the number of threads. result and report may be NULL. As
+ * tl_segments_build and tl_mesh_simplify. */
+TL_API tl_status tl_simplify_stream(tl_ctx *ctx, const char *input, const tl_read_opts *read,
+                                    const tl_simplify_opts *simplify, const tl_segment_opts *opts,
+                                    const char *output, const tl_write_opts *write,
+                                    tl_stream_result *result, tl_read_report *report);
 
 #ifdef __cplusplus
 }

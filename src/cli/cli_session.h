@@ -67,6 +67,9 @@ int cli_step_if_series(cli_session *session, const char *path);
 /* Converts all steps of a file to a collection, .pvd, with a .vtu a step beside it. */
 int cli_convert_series(cli_session *session, const char *from, const char *to);
 
+/* Simplifies a file in parts, as the words of the verb simplify say. cli_simplify_stream.c */
+int cli_simplify_in_parts(cli_session *session);
+
 /* Finds out before the work whether a mesh can be written there, with the writing options. Returns
  * an exit status. */
 int cli_output_check(cli_session *session, const char *path);

@@ -344,12 +344,20 @@ static int simplify_and_save(cli_session *session, const cli_input *input, reque
     return exit_status;
 }
 
+/* A mesh takes about four times the bytes of its file while it is simplified. */
+static bool is_too_large(const cli_session *session)
+{
+    const cli_value *memory = cli_get(session, CLI_MEMORY);
+    return memory->given && cli_file_bytes(session->args.operands[0]) > memory->count / 4;
+}
+
 static int run(cli_session *session)
 {
     cli_input input;
     request r;
     int exit_status = check_words(session);
     if (!exit_status) exit_status = cli_output_check(session, cli_get(session, CLI_OUTPUT)->text);
+    if (!exit_status && is_too_large(session)) return cli_simplify_in_parts(session);
     if (!exit_status)
         exit_status = cli_open_volume(session, session->ctx, session->args.operands[0], &input);
     if (exit_status) return exit_status;
@@ -381,7 +389,12 @@ const cli_verb cli_verb_simplify = {
         "A bound always wins over a target: where a bound keeps a target from being reached, the "
         "result is as small as the bound allows and says so. Errors are measured at every original "
         "vertex; those of a vector or tensor are norms of differences. In JSON all errors are "
-        "absolute; seconds is the simplification alone, measure_seconds the measuring after it.",
+        "absolute; seconds is the simplification alone, measure_seconds the measuring after it. "
+        "With "
+        "--memory, a file of more than a quarter of it is simplified in parts, through temporary "
+        "files in TMPDIR: errors are then not measured, and a bound is kept by leaving the borders "
+        "of "
+        "the parts as they are.",
     .groups = {&TARGET_GROUP, &STEERING_GROUP, &cli_group_reading, &cli_group_writing,
                &cli_group_common},
     .examples = EXAMPLES,

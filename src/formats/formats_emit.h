@@ -49,6 +49,10 @@ typedef struct tli_emit {
     uint64_t nonfinite;   /* numbers written as text that are not finite */
 } tli_emit;
 
+/* What regions are written as. */
+#define TLI_REGION_NAME "region"
+/* Values to a type that holds them. formats_write.c */
+void tli_narrow(const double *values, size_t count, tl_scalar scalar, void *out);
 /* Bytes of a tuple, and of all numbers of the arrays of out. */
 size_t tli_out_tuple_bytes(const tli_out_array *array);
 uint64_t tli_out_bytes(const tli_out *out);

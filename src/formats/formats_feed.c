@@ -232,17 +232,27 @@ static tl_status feed_create(tl_ctx *ctx, const tl_read_opts *opts, uint64_t mem
     return st;
 }
 
-tl_status tli_feed_of_mesh(tl_ctx *ctx, const tl_mesh *mesh, uint64_t memory_bytes, tli_feed **feed)
+tl_status tli_feed_of(tl_ctx *ctx, tli_feeder *feeder, uint64_t memory_bytes, tli_feed **feed)
 {
-    tli_feeder *reader = NULL;
     *feed = NULL;
     tl_status st = feed_create(ctx, NULL, memory_bytes, feed);
-    if (!st) st = tli_feeder_open_mesh(ctx, mesh, false, &reader);
-    if (!st) st = prepare_feed(*feed, reader);
+    if (st) {
+        feeder->close(feeder);
+        return st;
+    }
+    st = prepare_feed(*feed, feeder);
     if (!st) return TL_OK;
     tli_feed_close(*feed);
     *feed = NULL;
     return st;
+}
+
+tl_status tli_feed_of_mesh(tl_ctx *ctx, const tl_mesh *mesh, uint64_t memory_bytes, tli_feed **feed)
+{
+    tli_feeder *feeder = NULL;
+    *feed = NULL;
+    tl_status st = tli_feeder_open_mesh(ctx, mesh, false, &feeder);
+    return st ? st : tli_feed_of(ctx, feeder, memory_bytes, feed);
 }
 
 /* Readers that work in windows, the first that takes the file. */

@@ -28,6 +28,9 @@ tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
 /* A mesh in memory, borrowed. */
 tl_status tli_feed_of_mesh(tl_ctx *ctx, const tl_mesh *mesh, uint64_t memory_bytes,
                            tli_feed **feed);
+/* What a feeder (formats_feeder.h) gives; takes it over, also on failure. */
+typedef struct tli_feeder tli_feeder;
+tl_status tli_feed_of(tl_ctx *ctx, tli_feeder *feeder, uint64_t memory_bytes, tli_feed **feed);
 /* NULL is allowed. */
 void tli_feed_close(tli_feed *feed);
 

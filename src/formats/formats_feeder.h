@@ -12,7 +12,6 @@ typedef struct tli_feeder_array {
     tl_scalar scalar;
 } tli_feeder_array;
 
-typedef struct tli_feeder tli_feeder;
 struct tli_feeder {
     tl_ctx *ctx;
     uint64_t point_count, cell_count;

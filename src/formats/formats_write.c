@@ -10,8 +10,6 @@
 /* Values that a thread looks at at once. */
 #define SCAN_GRAIN 65536
 
-static const char region_name[] = "region";
-
 tl_write_opts tl_write_opts_defaults(void)
 {
     return (tl_write_opts){.struct_bytes = sizeof(tl_write_opts)};
@@ -58,18 +56,15 @@ typedef struct real_source {
     tl_scalar scalar;
 } real_source;
 
-static void fill_reals(const void *arg, uint64_t begin, uint64_t end, void *out)
+void tli_narrow(const double *values, size_t count, tl_scalar scalar, void *out)
 {
-    const real_source *source = arg;
-    const double *values = source->values + begin * source->components;
-    size_t count = (size_t)(end - begin) * source->components;
 #define NARROW(type)                                                                               \
     {                                                                                              \
         type *to = out;                                                                            \
         for (size_t i = 0; i < count; i++) to[i] = (type)values[i];                                \
         break;                                                                                     \
     }
-    switch (source->scalar) {
+    switch (scalar) {
     case TL_I8: NARROW(int8_t)
     case TL_U8: NARROW(uint8_t)
     case TL_I16: NARROW(int16_t)
@@ -82,6 +77,13 @@ static void fill_reals(const void *arg, uint64_t begin, uint64_t end, void *out)
     case TL_F64: memcpy(out, values, count * sizeof *values); break;
     }
 #undef NARROW
+}
+
+static void fill_reals(const void *arg, uint64_t begin, uint64_t end, void *out)
+{
+    const real_source *source = arg;
+    tli_narrow(source->values + begin * source->components,
+               (size_t)(end - begin) * source->components, source->scalar, out);
 }
 
 static void fill_indices32(const void *arg, uint64_t begin, uint64_t end, void *out)
@@ -128,7 +130,7 @@ static bool needs_region_array(const tl_mesh *mesh)
     for (size_t i = 0; i < tl_mesh_channel_count(mesh); i++) {
         const tl_channel *channel = tl_mesh_channel(mesh, i);
         if (channel->on != TL_ON_TET) continue;
-        if (strcmp(channel->name, region_name) == 0) return false;
+        if (strcmp(channel->name, TLI_REGION_NAME) == 0) return false;
         if (!first && channel->components == 1 && tli_is_region_name(channel->name))
             first = channel;
     }
@@ -181,7 +183,7 @@ static tl_status describe_mesh(tl_ctx *ctx, const tl_mesh *mesh, description *d)
     out->point_array_count = used;
     if (!st && needs_region_array(mesh)) /* first, so that a reader finds it first */
         d->arrays[used++] = (tli_out_array){
-            region_name, NULL, TL_I32, 1, tets, fill_regions, tl_mesh_regions(mesh)};
+            TLI_REGION_NAME, NULL, TL_I32, 1, tets, fill_regions, tl_mesh_regions(mesh)};
     if (!st) st = describe_channels(ctx, mesh, TL_ON_TET, d, &used);
     out->cell_arrays = d->arrays + out->point_array_count;
     out->cell_array_count = used - out->point_array_count;

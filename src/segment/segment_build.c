@@ -72,6 +72,7 @@ static tl_status make_parts(tli_build *b)
                        (unsigned long long)parts, INT32_MAX / 64);
     tli_octree_opts opts = {.leaf_points = b->opts.leaf_points,
                             .memory_bytes = b->opts.memory_bytes / COUNT_PART,
+                            .rotation = b->rotation,
                             .stage = "octree"};
     if (!opts.leaf_points) opts.leaf_points = points / parts / LEAVES_A_SEGMENT;
     if (opts.leaf_points < LEAF_POINTS_MIN) opts.leaf_points = LEAF_POINTS_MIN;
@@ -416,6 +417,17 @@ static tl_status build(tli_build *b, const char *path, tl_segments **segments)
     *segments = b->segments;
     b->segments = NULL;
     return TL_OK;
+}
+
+tl_status tli_segments_build_feed(tl_ctx *ctx, tli_feed *feed, const tl_segment_opts *opts,
+                                  const double *rotation, tl_segments **segments)
+{
+    tli_build b = {.ctx = ctx, .feed = feed, .rotation = rotation};
+    *segments = NULL;
+    tl_status st = check_options(ctx, opts, &b.opts);
+    if (!st) st = build(&b, NULL, segments);
+    build_release(&b);
+    return st;
 }
 
 tl_status tl_segments_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const tl_segment_opts *opts,

@@ -15,6 +15,7 @@ typedef struct tli_build {
     tl_ctx *ctx;
     tli_feed *feed;
     tl_segment_opts opts;
+    const double *rotation; /* [9] of the octree, or NULL */
     tl_segments *segments;
     tli_octree octree;
 
@@ -68,6 +69,10 @@ static inline uint32_t tli_part_of(const tli_build *b, uint32_t place)
 tl_status tli_build_cut(tli_build *b);
 /* Guests become links and neighbours. */
 tl_status tli_build_link(tli_build *b);
+
+/* As tl_segments_build, of a feed, which goes; rotation [9] turns the octree, NULL: it stays. */
+tl_status tli_segments_build_feed(tl_ctx *ctx, tli_feed *feed, const tl_segment_opts *opts,
+                                  const double *rotation, tl_segments **segments);
 
 /* Fills the opposites. segment_adjacency.c */
 tl_status tli_segments_match_faces(tl_segments *segments);
