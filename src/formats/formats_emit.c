@@ -12,8 +12,6 @@
 #define BUFFER_BYTES ((size_t)4 << 20)
 /* Pieces that the buffer is filled in. */
 #define BUFFER_PIECES 16
-/* Longest text of one number with a separator. */
-#define NUMBER_BYTES 32
 
 size_t tli_out_tuple_bytes(const tli_out_array *array)
 {
@@ -131,11 +129,11 @@ static int normal_point(char *text, int length)
     return length - (end - at) + 1;
 }
 
-static int print_real(char *text, double value, int digits)
+int tli_print_real(char *text, double value, int digits)
 {
-    if (isnan(value)) return snprintf(text, NUMBER_BYTES, "nan");
-    if (isinf(value)) return snprintf(text, NUMBER_BYTES, value < 0 ? "-inf" : "inf");
-    return normal_point(text, snprintf(text, NUMBER_BYTES, "%.*g", digits, value));
+    if (isnan(value)) return snprintf(text, TLI_NUMBER_BYTES, "nan");
+    if (isinf(value)) return snprintf(text, TLI_NUMBER_BYTES, value < 0 ? "-inf" : "inf");
+    return normal_point(text, snprintf(text, TLI_NUMBER_BYTES, "%.*g", digits, value));
 }
 
 static int print_number(char *text, tl_scalar scalar, const uint8_t *at)
@@ -144,39 +142,39 @@ static int print_number(char *text, tl_scalar scalar, const uint8_t *at)
     type name;                                                                                     \
     memcpy(&name, at, sizeof name)
     switch (scalar) {
-    case TL_I8: return snprintf(text, NUMBER_BYTES, "%d", *(const int8_t *)at);
-    case TL_U8: return snprintf(text, NUMBER_BYTES, "%d", *at);
+    case TL_I8: return snprintf(text, TLI_NUMBER_BYTES, "%d", *(const int8_t *)at);
+    case TL_U8: return snprintf(text, TLI_NUMBER_BYTES, "%d", *at);
     case TL_I16: {
         AS(int16_t, value);
-        return snprintf(text, NUMBER_BYTES, "%d", value);
+        return snprintf(text, TLI_NUMBER_BYTES, "%d", value);
     }
     case TL_U16: {
         AS(uint16_t, value);
-        return snprintf(text, NUMBER_BYTES, "%d", value);
+        return snprintf(text, TLI_NUMBER_BYTES, "%d", value);
     }
     case TL_I32: {
         AS(int32_t, value);
-        return snprintf(text, NUMBER_BYTES, "%" PRId32, value);
+        return snprintf(text, TLI_NUMBER_BYTES, "%" PRId32, value);
     }
     case TL_U32: {
         AS(uint32_t, value);
-        return snprintf(text, NUMBER_BYTES, "%" PRIu32, value);
+        return snprintf(text, TLI_NUMBER_BYTES, "%" PRIu32, value);
     }
     case TL_I64: {
         AS(int64_t, value);
-        return snprintf(text, NUMBER_BYTES, "%" PRId64, value);
+        return snprintf(text, TLI_NUMBER_BYTES, "%" PRId64, value);
     }
     case TL_U64: {
         AS(uint64_t, value);
-        return snprintf(text, NUMBER_BYTES, "%" PRIu64, value);
+        return snprintf(text, TLI_NUMBER_BYTES, "%" PRIu64, value);
     }
     case TL_F32: {
         AS(float, value);
-        return print_real(text, (double)value, 9);
+        return tli_print_real(text, (double)value, 9);
     }
     case TL_F64: {
         AS(double, value);
-        return print_real(text, value, 17);
+        return tli_print_real(text, value, 17);
     }
     }
 #undef AS
@@ -191,7 +189,7 @@ static tl_status take_text(tli_emit *emit, const tli_out_array *array, const voi
     tl_status st = TL_OK;
     for (size_t i = 0; i < count && !st; i++)
         for (uint32_t c = 0; c < array->components && !st; c++, at += bytes) {
-            char text[NUMBER_BYTES];
+            char text[TLI_NUMBER_BYTES];
             int length = print_number(text, array->scalar, at);
             emit->nonfinite += strchr("ni", text[text[0] == '-']) != NULL;
             text[length] = c + 1 == array->components ? '\n' : ' ';

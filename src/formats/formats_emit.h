@@ -60,6 +60,11 @@ uint64_t tli_out_bytes(const tli_out *out);
 tl_scalar tli_out_index_type(uint64_t point_count, uint64_t tet_count);
 bool tli_big_endian_host(void);
 
+/* Longest text of one number with a separator. */
+#define TLI_NUMBER_BYTES 32
+/* A number of so many digits into text [TLI_NUMBER_BYTES], whatever the locale; nan, inf. Returns
+ * the length. */
+int tli_print_real(char *text, double value, int digits);
 /* Text as part of an attribute of an XML file. formats_write_series.c */
 tl_status tli_emit_escaped(tli_sink *sink, const char *text);
 /* Fills an array of one double, which arg points to. */

@@ -3,6 +3,7 @@
  * their file if all values fit it. */
 #include "formats/formats_emit.h"
 #include "formats/formats_tets.h"
+#include "formats/formats_write_mesh.h"
 
 #include <stdatomic.h>
 #include <string.h>
@@ -192,18 +193,34 @@ static tl_status describe_mesh(tl_ctx *ctx, const tl_mesh *mesh, description *d)
 
 /* ---- the door ---- */
 
+/* Writers that take the mesh as it is, by the endings of names. */
+static const struct {
+    const char *ending;
+    tl_status (*write)(tl_ctx *ctx, const tl_mesh *mesh, const char *path, bool ascii);
+} mesh_writers[] = {
+    {".msh", tli_write_gmsh},
+    {".mesh", tli_write_medit},
+    {".node", tli_write_tetgen},
+    {".ele", tli_write_tetgen},
+};
+
 tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                         const tl_write_opts *opts)
 {
     tl_write_opts o = tl_write_opts_defaults();
     tl_status st = tli_opts_take(ctx, "tl_write_opts", opts, &o, sizeof o);
     if (st) return st;
-    bool vtk = tli_path_ends(path, ".vtk");
-    if (!vtk && !tli_path_ends(path, ".vtu"))
-        return tl_fail(ctx, TL_ERR_ARG, "'%s': the ending says as what to write, .vtu or .vtk",
-                       path);
-    if (o.zlib && (vtk || o.ascii))
+    bool vtk = tli_path_ends(path, ".vtk"), vtu = tli_path_ends(path, ".vtu");
+    if (o.zlib && (!vtu || o.ascii))
         return tl_fail(ctx, TL_ERR_ARG, "'%s': only a binary .vtu can be compressed", path);
+    for (size_t i = 0; i < sizeof mesh_writers / sizeof *mesh_writers; i++)
+        if (tli_path_ends(path, mesh_writers[i].ending))
+            return mesh_writers[i].write(ctx, mesh, path, o.ascii);
+    if (!vtk && !vtu)
+        return tl_fail(ctx, TL_ERR_ARG,
+                       "'%s': the ending says as what to write, .vtu, .vtk, .msh, .mesh, .node or "
+                       ".ele",
+                       path);
 
     size_t channels = tl_mesh_channel_count(mesh);
     description d = {.arrays = tl_mem_alloc(ctx, channels + 1, sizeof *d.arrays, &st)};

@@ -1,0 +1,182 @@
+/* Gmsh, Medit and TetGen out and in again: positions, tets, regions and labels with their names,
+ * channels as far as the format holds them; failing file access. */
+#include "check_source.h"
+
+#define VERTS 6
+#define TETS 3
+
+static const double xyz[VERTS][3] = {{0, 0, 0},     {1, 0, 0}, {0, 1.0 / 3, 0},
+                                     {0, 0, -1e-9}, {1, 1, 1}, {2, 0.1, 1e20}};
+static const tl_lidx tets[TETS][4] = {{0, 2, 1, 3}, {0, 1, 2, 4}, {1, 4, 2, 5}};
+
+static tl_mesh *make_mesh(tl_ctx *ctx, const int32_t *regions, int label_low)
+{
+    static const tl_lidx wall[] = {0, 6, 9}, inner[] = {3};
+    static double values[VERTS * 6];
+    tl_mesh *mesh;
+    for (int i = 0; i < VERTS * 6; i++) values[i] = i / 7.0 - 2;
+    CHECK_OK(ctx, tl_mesh_create(ctx, &xyz[0][0], VERTS, &tets[0][0], TETS, &mesh));
+    const tl_channel channels[] = {
+        {"heat", "K", 1, TL_ON_VERTEX, TL_F64, values},
+        {"say \"it\"", "", 3, TL_ON_VERTEX, TL_F64, values},
+        {"stress", "", 6, TL_ON_VERTEX, TL_F64, values},
+        {"cells", "", 2, TL_ON_TET, TL_F64, values},
+    };
+    for (size_t i = 0; i < 4; i++) CHECK_OK(ctx, tl_mesh_add_channel(mesh, &channels[i]));
+    CHECK_OK(ctx, tl_mesh_set_regions(mesh, regions));
+    if (regions) CHECK_OK(ctx, tl_mesh_set_region_name(mesh, 5, "solid part"));
+    const tl_label labels[] = {{"wall", label_low, 3, wall}, {"", label_low + 7, 1, inner}};
+    for (size_t i = 0; i < 2; i++) CHECK_OK(ctx, tl_mesh_add_label(mesh, &labels[i]));
+    tl_mesh_set_time(mesh, 2.5);
+    return mesh;
+}
+
+static void check_geometry(const tl_mesh *mesh)
+{
+    CHECK_EQ(tl_mesh_vert_count(mesh), VERTS);
+    CHECK_EQ(tl_mesh_tet_count(mesh), TETS);
+    CHECK(memcmp(tl_mesh_xyz(mesh), xyz, sizeof xyz) == 0);
+    CHECK(memcmp(tl_mesh_tets(mesh), tets, sizeof tets) == 0);
+}
+
+/* Each label has the faces that it had, seen from one tet or the other. */
+static void check_labels(const tl_mesh *mesh, int first_id, const char *first_name)
+{
+    CHECK_EQ(tl_mesh_label_count(mesh), 2);
+    const tl_label *wall = tl_mesh_label(mesh, 0), *inner = tl_mesh_label(mesh, 1);
+    CHECK_EQ(wall->id, first_id);
+    CHECK_EQ(inner->id, first_id + 7);
+    CHECK(strcmp(wall->name, first_name) == 0);
+    CHECK_EQ(wall->face_count, 3);
+    CHECK_EQ(wall->faces[0], 0);
+    CHECK_EQ(wall->faces[1], 6);
+    CHECK_EQ(wall->faces[2], 9);
+    CHECK(inner->face_count >= 1 && inner->faces[0] == 3);
+}
+
+static void check_channel(const tl_mesh *mesh, const tl_mesh *written, const char *name,
+                          const char *source)
+{
+    const tl_channel *in = tl_mesh_channel_by_name(mesh, name);
+    const tl_channel *out = tl_mesh_channel_by_name(written, source);
+    if (!in) fail_msg("no channel '%s'", name);
+    CHECK_EQ(in->components, out->components);
+    size_t count = (in->on == TL_ON_TET ? TETS : VERTS) * in->components;
+    CHECK(memcmp(in->values, out->values, count * sizeof *in->values) == 0);
+}
+
+static void gmsh_out_and_in(void **state)
+{
+    (void)state;
+    static const int32_t regions[TETS] = {5, 9, 5}, low[TETS] = {0, -3, 0};
+    tl_ctx *ctx = grid_ctx(0, 2);
+    for (int variant = 0; variant < 4; variant++) {
+        tl_write_opts opts = tl_write_opts_defaults();
+        tl_mesh *mesh = make_mesh(ctx, variant < 2 ? regions : low, variant < 2 ? 1 : 0), *again;
+        opts.ascii = variant % 2;
+        CHECK_OK(ctx, tl_mesh_write(ctx, mesh, "w.msh", &opts));
+        CHECK_OK(ctx, tl_mesh_read(ctx, "w.msh", NULL, &again, NULL));
+        check_geometry(again);
+        check_labels(again, 1, "wall");
+        for (int t = 0; t < TETS; t++)
+            CHECK_EQ(tl_mesh_regions(again)[t], variant < 2 ? regions[t] : low[t] + 4);
+        if (variant < 2) CHECK(strcmp(tl_mesh_region_name(again, 5), "solid part") == 0);
+        check_channel(again, mesh, "heat", "heat");
+        check_channel(again, mesh, "say 'it'", "say \"it\"");
+        check_channel(again, mesh, "stress", "stress");
+        check_channel(again, mesh, "cells", "cells");
+        CHECK(tl_mesh_time(again) == 2.5);
+        tl_mesh_destroy(again);
+        tl_mesh_destroy(mesh);
+    }
+    remove("w.msh");
+    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+    tl_ctx_destroy(ctx);
+}
+
+static void medit_out_and_in(void **state)
+{
+    (void)state;
+    static const int32_t regions[TETS] = {5, 0, -2};
+    tl_ctx *ctx = grid_ctx(0, 2);
+    tl_mesh *mesh = make_mesh(ctx, regions, 2), *again;
+    CHECK_OK(ctx, tl_mesh_write(ctx, mesh, "w.mesh", NULL));
+    CHECK_OK(ctx, tl_mesh_read(ctx, "w.mesh", NULL, &again, NULL));
+    check_geometry(again);
+    check_labels(again, 2, "");
+    CHECK(memcmp(tl_mesh_regions(again), regions, sizeof regions) == 0);
+    CHECK_EQ(tl_mesh_channel_count(again), 3);
+    check_channel(again, mesh, "solution1", "heat");
+    check_channel(again, mesh, "solution2", "say \"it\"");
+    check_channel(again, mesh, "solution3", "stress");
+    tl_mesh_destroy(again);
+    tl_mesh_destroy(mesh);
+    remove("w.mesh");
+    remove("w.sol");
+    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+    tl_ctx_destroy(ctx);
+}
+
+static void tetgen_out_and_in(void **state)
+{
+    (void)state;
+    static const int32_t regions[TETS] = {5, 0, -2};
+    tl_ctx *ctx = grid_ctx(0, 2);
+    tl_mesh *mesh = make_mesh(ctx, regions, 2), *again;
+    CHECK_OK(ctx, tl_mesh_write(ctx, mesh, "w.ele", NULL));
+    CHECK_OK(ctx, tl_mesh_read(ctx, "w.node", NULL, &again, NULL));
+    check_geometry(again);
+    check_labels(again, 2, "");
+    CHECK(memcmp(tl_mesh_regions(again), regions, sizeof regions) == 0);
+    CHECK_EQ(tl_mesh_channel_count(again), 12);
+    check_channel(again, mesh, "attribute1", "heat");
+    const double *cells = tl_mesh_channel_by_name(mesh, "cells")->values;
+    const tl_channel *last = tl_mesh_channel(again, 11);
+    CHECK(last->on == TL_ON_TET && last->values[2] == cells[5]);
+    tl_mesh_destroy(again);
+    tl_mesh_destroy(mesh);
+    static const char *const names[] = {"w.node", "w.ele", "w.face"};
+    for (int i = 0; i < 3; i++) remove(names[i]);
+    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+    tl_ctx_destroy(ctx);
+}
+
+/* Fails each file access in turn: a message, no file half done, nothing left behind. */
+static void failing_files(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"f.msh", "f.mesh", "f.node"};
+    static const int32_t regions[TETS] = {1, 2, 3};
+    for (int i = 0; i < 3; i++) {
+        tl_status st = TL_ERR_IO;
+        size_t failures = 0;
+        for (uint64_t n = 1; st; n++) {
+            tl_ctx *ctx = grid_ctx(0, 1);
+            tl_mesh *mesh = make_mesh(ctx, regions, 1);
+            tli_file_fail_at(ctx, n);
+            st = tl_mesh_write(ctx, mesh, names[i], NULL);
+            tli_file_fail_at(ctx, 0);
+            CHECK(st == TL_OK || st == TL_ERR_IO);
+            if (st) check_says(ctx, "f.");
+            failures += st != TL_OK;
+            tl_mesh_destroy(mesh);
+            CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+            tl_ctx_destroy(ctx);
+        }
+        printf("%s: %zu failures\n", names[i], failures);
+        CHECK(failures >= 3);
+    }
+    static const char *const written[] = {"f.msh", "f.mesh", "f.sol", "f.node", "f.ele", "f.face"};
+    for (int i = 0; i < 6; i++) CHECK_EQ(remove(written[i]), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gmsh_out_and_in),
+        cmocka_unit_test(medit_out_and_in),
+        cmocka_unit_test(tetgen_out_and_in),
+        cmocka_unit_test(failing_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
