@@ -34,6 +34,7 @@ static tl_status set_levels(const tli_model *m, tl_build_result *r)
     r->levels = tl_mem_zalloc(m->ctx, m->level_count, sizeof *r->levels, &st);
     if (st) return st;
     r->level_count = m->level_count;
+    r->levels[0].boundary_error = m->plan->position_error;
     for (size_t p = 0; p < m->patch_count; p++) {
         tl_build_level *level = &r->levels[m->patches[p].level];
         level->patches++;

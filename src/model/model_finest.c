@@ -69,13 +69,14 @@ static tl_status write_patches(job *j)
     const tl_segment *s = &j->segment;
     tli_product *p = j->product;
     int16_t *steps = tl_mem_alloc(j->ctx, n, sizeof *steps, &st);
-    float *surface = tl_mem_zalloc(j->ctx, n, sizeof *surface, &st);
+    float *surface = tl_mem_alloc(j->ctx, n, sizeof *surface, &st);
     uint8_t *twins = tl_mem_alloc(j->ctx, n, sizeof *twins, &st);
     uint8_t *outside = tl_mem_alloc(j->ctx, n, sizeof *outside, &st);
     j->part = tl_mem_alloc(j->ctx, j->mesh->tet_count, sizeof *j->part, &st);
     j->tet_local = tl_mem_alloc(j->ctx, j->mesh->tet_count, sizeof *j->tet_local, &st);
     for (size_t v = 0; !st && v < n; v++) {
         steps[v] = tli_finest_step(j->finest, s->vert_ids[v]);
+        surface[v] = nextafterf((float)j->plan->position_error, INFINITY);
         twins[v] = j->finest->twins[s->vert_ids[v]];
         outside[v] = TL_LINK_SLOT(s->links[v]) != 0;
     }
