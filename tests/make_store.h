@@ -293,7 +293,7 @@ static inline void make_store_get_patch(tl_ctx *ctx, const make_store *m, uint32
                               .tet_count = m->vert_count - 3,
                               .ranges = p->ranges,
                               .square_error = p->square_error,
-                              .carried = 1000u + id};
+                              .carried = (uint64_t)1000 << level};
     if (level)
         p->info.producer = m->segment_base[level - 1] + index % m->levels[level - 1].segment_count;
     if (level + 1 < m->level_count)

@@ -209,7 +209,7 @@ class Reader:
     # ---- pages ----
 
     def pages(self):
-        self.producer, self.outputs, sums = {}, {}, [0] * (self.channel_count + 1)
+        self.producer, self.inputs, self.outputs, self.carried, sums = {}, {}, {}, {}, [0] * (self.channel_count + 1)
         for p, page in enumerate(self.page):
             following = self.page[p + 1] if p + 1 < len(self.page) else {"first segment": self.segment_count, "first patch": self.patch_count}
             groups = None
@@ -230,6 +230,7 @@ class Reader:
         demand(sums == [self.topology_bytes] + [c["bytes"] for c in self.channel], "other bytes of blobs than the head says")
         for segment, outputs in self.outputs.items():
             demand(all(self.producer[o] == segment for o in outputs), "an output with another producer")
+            demand(sum(self.carried[o] for o in outputs) == sum(self.carried[i] for i in self.inputs[segment]), "vertices that are not handed on")
         demand(sum(map(len, self.outputs.values())) == sum(p != NONE for p in self.producer.values()), "a patch that is no output")
 
     def sphere(self):
@@ -274,6 +275,8 @@ class Reader:
         roots = max(0, min(self.roots - first, counts[1]))
         for s, count in [(None, roots)] + [(first_segment + s, n[0]) for s, n in enumerate(segments)]:
             groups.append([self.patch(at + i, s, sums) for i in range(count)])
+            if s is not None:
+                self.inputs[s] = range(at, at + count)
             at += count
         demand(at == first + counts[1], "patches of no group")
         self.zeros(begin + page["bytes"] - self.at, "padding of the page")
@@ -283,7 +286,7 @@ class Reader:
         self.title(f"Patch {number}")
         producer = self.producer[number] = self.take("u32", "producer")
         sizes = [self.take("u32", "bytes of the topology")]
-        self.take("u64", "original vertices")
+        self.carried[number] = self.take("u64", "original vertices")
         counts = self.take("u32", "tets"), self.take("u16", "vertices")
         raw = self.take("u8", "class") == 255
         level = self.take("u8", "level")

@@ -66,6 +66,7 @@ static void add_patch(tl_ctx *ctx, tli_store_writer *writer, uint32_t id)
 {
     static const float ranges[3][2] = {{0, 1.5625f}, {0, 0.75f}, {0, 1.5625f}};
     static const double squares[3] = {0.002, 0, 0};
+    static const uint64_t carried[3] = {5, 4, 1};
     const tli_twin twin = {.vert = 2, .twin = 1};
     int64_t places[4][3];
     uint16_t tets[1][4] = {{0, 1, 2, 3}};
@@ -80,7 +81,7 @@ static void add_patch(tl_ctx *ctx, tli_store_writer *writer, uint32_t id)
                           .sphere = {0, 1, 1, 1.75},
                           .ranges = ranges[id],
                           .square_error = &squares[id],
-                          .carried = id ? 0 : 5};
+                          .carried = carried[id]};
     tli_bytes topology, values;
     memcpy(places, PLACES[id], sizeof places);
     tli_bytes_open(ctx, &topology);

@@ -276,6 +276,7 @@ static void test_broken_promises(void **state)
         {(uint64_t)(patch_of(&f, 2) - page_of(&f)) + 46, 2, 1, TL_ERR_FORMAT, "range that is none"},
         {(uint64_t)(patch_of(&f, 2) - page_of(&f)) + 44, 2, get(patch_of(&f, 2) + 46, 2),
          TL_ERR_DATA, "is not in the range"},
+        {(uint64_t)(patch_of(&f, 2) - page_of(&f)) + 8, 8, 3, TL_ERR_DATA, "all vertices"},
         {segment, 4, 5, TL_ERR_FORMAT, "inputs or outputs"},
         {segment + 4, 4, 3, TL_ERR_FORMAT, "inputs or outputs"},
         {segment + 8, 8, 1, TL_ERR_DATA, "another number of tets"},

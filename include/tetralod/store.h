@@ -170,7 +170,8 @@ TL_API tl_status tl_store_blob(tl_ctx *ctx, const tl_store *store, uint32_t patc
                                uint32_t channel, uint8_t **bytes, size_t *byte_count);
 
 /* Proves a file. Fast: the whole index: checksums, counts, offsets, sums, the graph (each patch is
- * output of its producer once, nothing leads back, errors do not fall towards the coarse side).
+ * output of its producer once, nothing leads back, original vertices are handed on, errors do not
+ * fall towards the coarse side).
  * Full: also every byte of the rest: checksums and padding; every patch decodes to what the index
  * says, its places and values lie in sphere and range, and vertices shared inside a segment's
  * inputs have the same values. TL_ERR_FORMAT or TL_ERR_DATA name the place. Runs on the

@@ -74,7 +74,7 @@ static bool is_saturated(const tl_segment_info *a, const tl_segment_info *b, siz
 static tl_status check_segment(tl_ctx *ctx, const tl_store *store, uint32_t id, check_sums *sums)
 {
     tl_segment_info info;
-    uint64_t tets = 0;
+    uint64_t tets = 0, carried_out = 0, carried_in = 0;
     tl_status st = tl_store_segment(ctx, store, id, &info);
     for (uint32_t i = 0; !st && i < info.output_count; i++) {
         tl_patch_info output;
@@ -83,10 +83,18 @@ static tl_status check_segment(tl_ctx *ctx, const tl_store *store, uint32_t id, 
         if (output.producer != id)
             return fail_at(ctx, store, "segment", id, "has an output with another producer");
         tets += output.tet_count;
+        carried_out += output.carried;
+    }
+    for (uint32_t i = 0; !st && i < info.patch_count; i++) {
+        tl_patch_info input;
+        st = tl_store_patch(ctx, store, info.first_patch + i, &input);
+        if (!st) carried_in += input.carried;
     }
     if (st) return st;
     if (tets != info.output_tets)
         return fail_at(ctx, store, "segment", id, "has outputs with another number of tets");
+    if (carried_in != carried_out)
+        return fail_at(ctx, store, "segment", id, "does not hand on all vertices that it took up");
     sums->outputs += info.output_count;
     return TL_OK;
 }
