@@ -1,5 +1,6 @@
 /* Models of small meshes: every level conforms, fills the same volume, and is as near to the
  * original as it says; the file is the same whatever the number of threads. */
+#include "tetralod/cut.h"
 #include "tetralod/measure.h"
 
 #include "check_model.h"
@@ -83,7 +84,43 @@ static void check_all(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opt
     CHECK(head->level_count >= levels_least);
     CHECK_EQ(head->levels[0].tets, tl_mesh_tet_count(mesh));
     for (uint32_t l = 0; l < head->level_count; l++) check_level(ctx, mesh, store, l);
+    tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
+    tl_cut_check_result found;
+    cuts.cuts = 24;
+    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, &cuts, &found));
+    CHECK_EQ(found.cuts_tried, 24);
+    CHECK_BOUND("nearest promise", found.channels[0].measured, found.channels[0].promised);
+    CHECK(found.channels[0].measured > 0);
+    tl_cut_check_release(ctx, &found);
     drop(store, name);
+}
+
+/* A check against data that the model was not made of names the vertex. */
+static void test_other_data(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create(1);
+    make_mesh m = make_grid(9);
+    tl_mesh *mesh = make_object(ctx, &m, bumps);
+    tl_build_opts opts = check_model_opts(1000, 200);
+    tl_store *store = build(ctx, mesh, &opts, "other");
+    tl_cut_check_result found;
+    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, NULL, &found));
+    tl_cut_check_release(ctx, &found);
+    double *values = (double *)(uintptr_t)tl_mesh_channel(mesh, 0)->values;
+    values[100] += 10;
+    CHECK_STATUS(tl_cut_check(ctx, store, mesh, NULL, &found), TL_ERR_DATA);
+    CHECK(strstr(tl_ctx_message(ctx), "vertex 100") != NULL);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    m = make_grid(8);
+    mesh = make_object(ctx, &m, bumps);
+    CHECK_STATUS(tl_cut_check(ctx, store, mesh, NULL, &found), TL_ERR_DATA);
+    CHECK(strstr(tl_ctx_message(ctx), "another data set") != NULL);
+    drop(store, "other");
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    ctx_destroy(ctx);
 }
 
 static void test_grid(void **state)
@@ -244,7 +281,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_grid),     cmocka_unit_test(test_rough),
         cmocka_unit_test(test_threads),  cmocka_unit_test(test_odd),
-        cmocka_unit_test(test_channels),
+        cmocka_unit_test(test_channels), cmocka_unit_test(test_other_data),
     };
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, NULL, NULL);

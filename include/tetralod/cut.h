@@ -114,6 +114,45 @@ TL_API const uint32_t *tl_cut_wanted(const tl_cut *cut, size_t *count);
 TL_API tl_status tl_cut_mesh(tl_cut *cut, const size_t *channels, size_t channel_count,
                              tl_mesh **mesh);
 
+/* ---- proving ---- */
+
+/* How many cuts are tried: levels, errors, errors in a box and budgets in turn, drawn at random. */
+typedef struct tl_cut_check_opts {
+    size_t struct_bytes;
+    uint32_t cuts; /* default 12 */
+    uint64_t seed; /* default 1 */
+} tl_cut_check_opts;
+TL_API tl_cut_check_opts tl_cut_check_opts_defaults(void);
+
+/* Of one channel on vertices, in its unit: promise and measurement of the cut in which they were
+ * nearest to each other. */
+typedef struct tl_cut_check_channel {
+    const char *name; /* borrows from the store */
+    double promised, measured;
+    double looseness; /* largest promise by measurement among whole levels; 0: none was tried */
+} tl_cut_check_channel;
+
+typedef struct tl_cut_check_result {
+    uint32_t cuts_tried;
+    tl_cut_check_channel *channels; /* [channel_count], gives: tl_cut_check_release */
+    size_t channel_count;
+    double boundary_promised, boundary_measured; /* as of a channel, mesh units */
+    double boundary_looseness;
+    double outside;    /* farthest that an original vertex was outside of a cut, mesh units */
+    double volume_off; /* largest part of the volume that was missing or too much, at errors up to
+                          10 % */
+} tl_cut_check_result;
+
+/* Draws cuts and proves that each is a mesh that fits together, with no more inverted and flat tets
+ * than the finest one and its volume within 0.5 % at errors up to 10 % of the ranges. With the
+ * original (may be NULL) also, at every one of its vertices, that a point of the mesh within the
+ * promised boundary distance has a value within the promised error, and the distance of the
+ * boundaries, by brute force. TL_ERR_DATA names what does not hold. opts may be NULL. Gives
+ * *result, empty on failure. */
+TL_API tl_status tl_cut_check(tl_ctx *ctx, tl_store *store, const tl_mesh *original,
+                              const tl_cut_check_opts *opts, tl_cut_check_result *result);
+TL_API void tl_cut_check_release(tl_ctx *ctx, tl_cut_check_result *result);
+
 /* ---- decoded patches, as many as memory allows ---- */
 
 /* Patches kept decoded under a limit of bytes, the ones used longest ago going first. Several

@@ -1,19 +1,34 @@
 /* tetralod check: proves that a model is what it says. */
 #include "cli_model.h"
+#include "tetralod/cut.h"
 
 static const cli_option OPTIONS[] = {
     {CLI_FAST, 0, "fast", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "the index alone: checksums, counts, offsets and the graph; patches are not decoded"},
+    {CLI_AGAINST, 0, "against", CLI_TYPE_TEXT, "IN", NULL, 0, 0,
+     "the data set that the model was made of: every promise of random cuts is measured at every "
+     "one of its vertices"},
+    {CLI_CUTS, 0, "cuts", CLI_TYPE_COUNT, "N", "12", 0, 1000000,
+     "random cuts that are tried: levels, errors, errors in a box and budgets in turn"},
+    {CLI_SEED, 0, "seed", CLI_TYPE_COUNT, "N", "1", 0, 0, "seed of the random cuts"},
 };
 static const cli_group GROUP = {"Options", OPTIONS, sizeof OPTIONS / sizeof *OPTIONS};
 
+/* What was found beside the bytes. */
+typedef struct findings {
+    tl_cut_check_result cuts;
+    const char *message; /* what is wrong; NULL: nothing */
+    double seconds;
+} findings;
+
 static void print_json(const cli_session *session, const char *path, const tl_store *store,
-                       const char *message, double seconds)
+                       const findings *f)
 {
+    const tl_cut_check_result *cuts = &f->cuts;
     json_t *object = json_object();
     cli_json_text(object, "file", path);
-    cli_json_flag(object, "ok", !message);
-    if (message) cli_json_text(object, "message", message);
+    cli_json_flag(object, "ok", !f->message);
+    if (f->message) cli_json_text(object, "message", f->message);
     if (store) {
         const tl_store_head *head = tl_store_get_head(store);
         cli_json_count(object, "bytes", head->file_bytes);
@@ -22,56 +37,112 @@ static void print_json(const cli_session *session, const char *path, const tl_st
         cli_json_count(object, "patches", head->patch_count);
         cli_json_count(object, "bytes_read", tl_store_bytes_read(store));
     }
-    cli_json_real(object, "seconds", seconds);
+    cli_json_count(object, "cuts_tried", cuts->cuts_tried);
+    json_t *promised = cli_json_list(object, "promised");
+    json_t *measured = cli_json_list(object, "measured");
+    for (size_t c = 0; c < cuts->channel_count && cli_get(session, CLI_AGAINST)->given; c++) {
+        json_t *item = cli_json_item(promised);
+        cli_json_text(item, "channel", cuts->channels[c].name);
+        cli_json_real(item, "error", cuts->channels[c].promised);
+        item = cli_json_item(measured);
+        cli_json_text(item, "channel", cuts->channels[c].name);
+        cli_json_real(item, "error", cuts->channels[c].measured);
+        cli_json_real(item, "looseness", cuts->channels[c].looseness);
+    }
+    cli_json_real(object, "boundary_promised", cuts->boundary_promised);
+    cli_json_real(object, "boundary_measured", cuts->boundary_measured);
+    cli_json_real(object, "boundary_looseness", cuts->boundary_looseness);
+    cli_json_real(object, "volume_off", cuts->volume_off);
+    cli_json_real(object, "seconds", f->seconds);
     cli_json_facts(object, session->ctx);
     cli_json_print(object);
 }
 
 static void print_text(const cli_session *session, const char *path, const tl_store *store,
-                       double seconds)
+                       const findings *f)
 {
     const tl_store_head *head = tl_store_get_head(store);
     const bool fast = cli_get(session, CLI_FAST)->given;
     printf("%-10s  %s: levels: %s, segments: %s, patches: %s (%s, %s)\n", "checked", path,
            cli_count(head->level_count).s, cli_count(head->segment_count).s,
            cli_count(head->patch_count).s, cli_bytes((double)head->file_bytes).s,
-           cli_seconds(seconds).s);
+           cli_seconds(f->seconds).s);
     printf("%-10s  %s\n", "right",
            fast ? "head, index and graph; patches were not looked at"
                 : "every byte, the graph, and every patch decodes to what the index says");
+    if (fast) return;
+    printf("%-10s  %u random cuts fit together, volume off by at most %s\n", "cuts",
+           f->cuts.cuts_tried, cli_share(f->cuts.volume_off, 1).s);
+    for (size_t c = 0; c < f->cuts.channel_count && cli_get(session, CLI_AGAINST)->given; c++)
+        if (f->cuts.channels[c].promised > 0)
+            printf("%-10s  %s: %s measured, %s promised, in the cut where they are nearest\n",
+                   "kept", f->cuts.channels[c].name, cli_real(f->cuts.channels[c].measured).s,
+                   cli_real(f->cuts.channels[c].promised).s);
+    if (f->cuts.boundary_promised > 0)
+        printf("%-10s  boundary: %s measured, %s promised\n", "kept",
+               cli_real(f->cuts.boundary_measured).s, cli_real(f->cuts.boundary_promised).s);
+}
+
+/* Random cuts, with the data set behind the model if there is one. */
+static tl_status try_cuts(cli_session *session, tl_store *store, const cli_input *input,
+                          tl_cut_check_result *cuts)
+{
+    tl_cut_check_opts opts = tl_cut_check_opts_defaults();
+    opts.cuts = (uint32_t)cli_get(session, CLI_CUTS)->count;
+    opts.seed = cli_get(session, CLI_SEED)->count;
+    return tl_cut_check(session->ctx, store, input->mesh, &opts, cuts);
 }
 
 static int run(cli_session *session)
 {
-    const char *path = session->args.operands[0];
+    const char *path = session->args.operands[0], *against = cli_get(session, CLI_AGAINST)->text;
     const bool fast = cli_get(session, CLI_FAST)->given, json = cli_get(session, CLI_JSON)->given;
     tl_store *store = NULL;
+    findings f = {0};
+    cli_input input = {0};
+    if (fast && against)
+        return cli_misuse(session->args.verb, "--fast and --against are both given; say one");
+    if (against) {
+        int failed = cli_open_volume(session, session->ctx, against, &input);
+        if (failed) return failed;
+    }
     double start = cli_now();
     tl_status st = tl_store_open(session->ctx, path, &store);
     if (!st) st = tl_store_check(session->ctx, store, fast ? TL_CHECK_FAST : TL_CHECK_FULL);
-    double seconds = cli_now() - start;
+    if (!st && !fast) st = try_cuts(session, store, &input, &f.cuts);
+    f.seconds = cli_now() - start;
+    f.message = st ? tl_ctx_message(session->ctx) : NULL;
     cli_progress_clear(&session->progress);
     if (json)
-        print_json(session, path, store, st ? tl_ctx_message(session->ctx) : NULL, seconds);
+        print_json(session, path, store, &f);
     else if (!st && cli_loud(session))
-        print_text(session, path, store, seconds);
+        print_text(session, path, store, &f);
     int exit_status = st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+    tl_cut_check_release(session->ctx, &f.cuts);
     tl_store_close(store);
+    if (against) cli_close(&input);
     return exit_status;
 }
 
-static const char *const EXAMPLES[] = {"tetralod check flow.tlod", "Every byte of a model",
-                                       "tetralod check flow.tlod --fast --json",
-                                       "Its index alone, for a script", NULL};
+static const char *const EXAMPLES[] = {
+    "tetralod check flow.tlod",
+    "Every byte of a model",
+    "tetralod check flow.tlod --fast --json",
+    "Its index alone, for a script",
+    "tetralod check flow.tlod --against flow.vtu --cuts 100",
+    "A hundred random cuts, measured at every vertex of the data",
+    NULL};
 
 const cli_verb cli_verb_check = {
     .name = "check",
     .operands = "MODEL",
     .operand_least = 1,
     .operand_most = 1,
-    .about = "prove that a model is whole: every byte, the graph, every patch",
+    .about = "prove that a model is whole and keeps what it promises",
     .details = "A changed, missing or extra byte anywhere in the file is found, padding included. "
-               "The exit status is 1 where something is wrong; the message names the place.",
-    .groups = {&GROUP, &cli_group_common},
+               "Random cuts are tried: every one must fit together, keep the volume and, with "
+               "--against, every promise at every vertex of the data set, by brute force. The exit "
+               "status is 1 where something is wrong; the message names the place.",
+    .groups = {&GROUP, &cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

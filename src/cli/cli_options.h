@@ -58,6 +58,8 @@ typedef enum cli_id {
     CLI_CELL_TO_POINT,
     CLI_FILL_VALUE,
     CLI_KEEP_FILL,
+    CLI_AGAINST,
+    CLI_CUTS,
     CLI_CHANNEL_ERROR,
     CLI_POSITION_ERROR,
     CLI_LOSSLESS,
