@@ -17,7 +17,7 @@ typedef struct writer {
     const tl_mesh *mesh;
     tli_sink *sink;
     bool ascii;
-    size_t face_count;             /* of all labels */
+    tli_written_faces faces;
     int64_t region_add, label_add; /* groups begin with 1 */
 } writer;
 
@@ -61,7 +61,6 @@ static tl_status find_groups(writer *w)
         const tl_label *label = tl_mesh_label(w->mesh, i);
         if (label->id < low_label) low_label = label->id;
         if (label->id > high_label) high_label = label->id;
-        w->face_count += label->face_count;
     }
     w->region_add = lift(low);
     w->label_add = lift(low_label);
@@ -72,9 +71,9 @@ static tl_status find_groups(writer *w)
         tl_log(w->ctx, TL_LOG_INFO,
                "groups of Gmsh begin with 1: %lld added to regions, %lld to labels",
                (long long)w->region_add, (long long)w->label_add);
-    if (w->face_count + tets > INT32_MAX || tl_mesh_vert_count(w->mesh) > INT32_MAX)
+    if (w->faces.count + tets > INT32_MAX || tl_mesh_vert_count(w->mesh) > INT32_MAX)
         return tl_fail(w->ctx, TL_ERR_UNSUPPORTED,
-                       "%zu elements, %zu vertices: MSH 2.2 holds 2^31 - 1", w->face_count + tets,
+                       "%zu elements, %zu vertices: MSH 2.2 holds 2^31 - 1", w->faces.count + tets,
                        tl_mesh_vert_count(w->mesh));
     return TL_OK;
 }
@@ -158,16 +157,13 @@ static tl_status put_elements(writer *w)
     const size_t tets = tl_mesh_tet_count(mesh), verts = tl_mesh_vert_count(mesh);
     const int32_t *regions = tl_mesh_regions(mesh);
     size_t number = 0;
-    tl_status st = tli_sink_printf(w->sink, "$Elements\n%zu\n", w->face_count + tets);
-    if (!st) st = begin_kind(w, TRIANGLE, w->face_count);
-    for (size_t i = 0; i < tl_mesh_label_count(mesh); i++) {
-        const tl_label *label = tl_mesh_label(mesh, i);
-        for (size_t f = 0; !st && f < label->face_count; f++) {
-            tl_lidx corners[3];
-            tli_face_verts(mesh, label->faces[f], corners);
-            st =
-                put_element(w, ++number, TRIANGLE, (int32_t)(label->id + w->label_add), corners, 3);
-        }
+    tl_status st = tli_sink_printf(w->sink, "$Elements\n%zu\n", w->faces.count + tets);
+    if (!st) st = begin_kind(w, TRIANGLE, w->faces.count);
+    for (size_t f = 0; !st && f < w->faces.count; f++) {
+        tl_lidx corners[3];
+        tli_face_verts(mesh, w->faces.faces[f], corners);
+        st = put_element(w, ++number, TRIANGLE, (int32_t)(w->faces.ids[f] + w->label_add), corners,
+                         3);
     }
     if (!st) st = begin_kind(w, TETRA, tets);
     for (size_t t = 0; !st && t < tets; t++) {
@@ -184,7 +180,7 @@ static tl_status put_channel(writer *w, const tl_channel *channel)
 {
     const bool nodes = channel->on == TL_ON_VERTEX;
     const size_t count = nodes ? tl_mesh_vert_count(w->mesh) : tl_mesh_tet_count(w->mesh);
-    const size_t first = nodes ? 1 : w->face_count + 1;
+    const size_t first = nodes ? 1 : w->faces.count + 1;
     const char *section = nodes ? "NodeData" : "ElementData";
     double time = tl_mesh_time(w->mesh);
     tl_status st = tli_sink_printf(w->sink, "$%s\n1\n", section);
@@ -205,9 +201,13 @@ tl_status tli_write_gmsh(tl_ctx *ctx, const tl_mesh *mesh, const char *path, boo
 {
     const int32_t one = 1;
     writer w = {.ctx = ctx, .mesh = mesh, .ascii = ascii};
-    tl_status st = find_groups(&w);
+    tl_status st = tli_written_faces_create(ctx, mesh, &w.faces);
+    if (!st) st = find_groups(&w);
     if (!st) st = tli_sink_open(ctx, path, &w.sink);
-    if (st) return tl_note(ctx, st, "while writing '%s'", path);
+    if (st) {
+        tli_written_faces_release(ctx, &w.faces);
+        return tl_note(ctx, st, "while writing '%s'", path);
+    }
     st = tli_sink_printf(w.sink, "$MeshFormat\n2.2 %d 8\n", !ascii);
     if (!st && !ascii) st = tli_sink_write(w.sink, &one, sizeof one);
     if (!st) st = tli_sink_printf(w.sink, "%s$EndMeshFormat\n", ascii ? "" : "\n");
@@ -216,6 +216,7 @@ tl_status tli_write_gmsh(tl_ctx *ctx, const tl_mesh *mesh, const char *path, boo
     if (!st) st = put_elements(&w);
     for (size_t i = 0; !st && i < tl_mesh_channel_count(mesh); i++)
         st = put_channel(&w, tl_mesh_channel(mesh, i));
+    tli_written_faces_release(ctx, &w.faces);
     tl_status end = tli_sink_close(w.sink, !st);
     if (!st) st = end;
     return st ? tl_note(ctx, st, "while writing '%s'", path) : TL_OK;

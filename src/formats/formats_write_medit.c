@@ -33,18 +33,16 @@ static tl_status put_cells(tl_ctx *ctx, tli_sink *sink, const tl_mesh *mesh)
 {
     const size_t tets = tl_mesh_tet_count(mesh);
     const int32_t *regions = tl_mesh_regions(mesh);
-    size_t faces = 0;
-    for (size_t i = 0; i < tl_mesh_label_count(mesh); i++)
-        faces += tl_mesh_label(mesh, i)->face_count;
-    tl_status st = faces ? tli_sink_printf(sink, "Triangles\n%zu\n", faces) : TL_OK;
-    for (size_t i = 0; i < tl_mesh_label_count(mesh); i++) {
-        const tl_label *label = tl_mesh_label(mesh, i);
-        for (size_t f = 0; !st && f < label->face_count; f++) {
-            tl_lidx verts[3];
-            tli_face_verts(mesh, label->faces[f], verts);
-            st = put_row(sink, verts, 3, label->id);
-        }
+    tli_written_faces list;
+    tl_status st = tli_written_faces_create(ctx, mesh, &list);
+    if (st) return st;
+    if (list.count) st = tli_sink_printf(sink, "Triangles\n%zu\n", list.count);
+    for (size_t f = 0; !st && f < list.count; f++) {
+        tl_lidx verts[3];
+        tli_face_verts(mesh, list.faces[f], verts);
+        st = put_row(sink, verts, 3, list.ids[f]);
     }
+    tli_written_faces_release(ctx, &list);
     if (!st) st = tli_sink_printf(sink, "Tetrahedra\n%zu\n", tets);
     for (size_t t = 0; !st && t < tets; t++) {
         st = put_row(sink, tl_mesh_tets(mesh) + 4 * t, 4, regions ? regions[t] : 0);

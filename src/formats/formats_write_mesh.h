@@ -21,6 +21,15 @@ tl_status tli_write_tetgen(tl_ctx *ctx, const tl_mesh *mesh, const char *path, b
 tl_status tli_put_real(tli_sink *sink, char before, double value);
 /* Vertices of a face of a tet, 4 * tet + face, counterclockwise from outside. */
 void tli_face_verts(const tl_mesh *mesh, tl_lidx face, tl_lidx verts[3]);
+/* The faces of all labels, one label after the other; of a face inside of the mesh, which a label
+ * holds from both sides, the one of the smaller tet. */
+typedef struct tli_written_faces {
+    size_t count;
+    tl_lidx *faces; /* [count] 4 * tet + face */
+    int32_t *ids;   /* [count] of the labels */
+} tli_written_faces;
+tl_status tli_written_faces_create(tl_ctx *ctx, const tl_mesh *mesh, tli_written_faces *list);
+void tli_written_faces_release(tl_ctx *ctx, tli_written_faces *list);
 /* Reports progress every so many items; TL_ERR_CANCELLED. */
 tl_status tli_write_progress(tl_ctx *ctx, size_t done, size_t total);
 

@@ -60,20 +60,17 @@ static tl_status put_tets(tl_ctx *ctx, tli_sink *sink, const tl_mesh *mesh)
 
 static tl_status put_faces(tl_ctx *ctx, tli_sink *sink, const tl_mesh *mesh)
 {
-    size_t count = 0, number = 0;
-    (void)ctx;
-    for (size_t i = 0; i < tl_mesh_label_count(mesh); i++)
-        count += tl_mesh_label(mesh, i)->face_count;
-    tl_status st = tli_sink_printf(sink, "%zu 1\n", count);
-    for (size_t i = 0; i < tl_mesh_label_count(mesh); i++) {
-        const tl_label *label = tl_mesh_label(mesh, i);
-        for (size_t f = 0; !st && f < label->face_count; f++) {
-            tl_lidx v[3];
-            tli_face_verts(mesh, label->faces[f], v);
-            st = tli_sink_printf(sink, "%zu %u %u %u %d\n", ++number, v[0] + 1, v[1] + 1, v[2] + 1,
-                                 label->id);
-        }
+    tli_written_faces list;
+    tl_status st = tli_written_faces_create(ctx, mesh, &list);
+    if (st) return st;
+    st = tli_sink_printf(sink, "%zu 1\n", list.count);
+    for (size_t f = 0; !st && f < list.count; f++) {
+        tl_lidx v[3];
+        tli_face_verts(mesh, list.faces[f], v);
+        st = tli_sink_printf(sink, "%zu %u %u %u %d\n", f + 1, v[0] + 1, v[1] + 1, v[2] + 1,
+                             list.ids[f]);
     }
+    tli_written_faces_release(ctx, &list);
     return st;
 }
 
