@@ -207,6 +207,91 @@ static void test_file(void **state)
     tl_ctx_destroy(ctx);
 }
 
+/* A volume of bytes as a raw file and as image data with cells of two materials, in windows of
+ * layers and, with little memory, of rows; points without tets keep their indices. */
+static void write_volumes(const uint32_t dims[3])
+{
+    size_t points = (size_t)dims[0] * dims[1] * dims[2];
+    size_t cells = (size_t)(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1);
+    uint8_t *values = malloc(points);
+    uint64_t state = 3;
+    for (size_t i = 0; i < points; i++) values[i] = (uint8_t)(make_random(&state) % 250 + 5);
+    for (size_t i = points / 3; i < points / 3 + 40; i++) values[i] = 0; /* the fill value */
+    FILE *raw = fopen("v.raw", "wb"), *vti = fopen("v.vti", "wb");
+    fwrite(values, 1, points, raw);
+    fclose(raw);
+    fprintf(vti,
+            "<VTKFile type=\"ImageData\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+            "<ImageData WholeExtent=\"0 %u 0 %u 0 %u\" Origin=\"1 2 3\" Spacing=\"0.5 0.25 1\">"
+            "<Piece Extent=\"0 %u 0 %u 0 %u\">\n<PointData><DataArray type=\"UInt8\" "
+            "Name=\"density\" format=\"appended\" offset=\"0\"/></PointData><CellData>"
+            "<DataArray type=\"UInt8\" Name=\"material\" format=\"appended\" offset=\"%zu\"/>"
+            "</CellData></Piece></ImageData><AppendedData encoding=\"raw\">\n_",
+            dims[0] - 1, dims[1] - 1, dims[2] - 1, dims[0] - 1, dims[1] - 1, dims[2] - 1,
+            points + 8);
+    uint64_t bytes = points;
+    fwrite(&bytes, 8, 1, vti);
+    fwrite(values, 1, points, vti);
+    bytes = cells;
+    fwrite(&bytes, 8, 1, vti);
+    for (size_t i = 0; i < cells; i++) fputc(values[i] % 2, vti);
+    fputs("</AppendedData></VTKFile>", vti);
+    fclose(vti);
+    free(values);
+}
+
+/* In-core ids are those of the points that tets use. */
+static uint64_t *used_ids(const tl_segments *segments, const tl_mesh *mesh, tl_ctx *ctx)
+{
+    uint64_t *ids = calloc(tl_mesh_vert_count(mesh) + 1, sizeof *ids);
+    uint8_t *seen = calloc((size_t)tl_segments_id_end(segments) + 1, 1);
+    for (uint32_t s = 0; s < tl_segments_count(segments); s++) {
+        tl_segment seg;
+        CHECK_OK(ctx, tl_segments_load(ctx, segments, s, &seg));
+        for (uint32_t v = 0; v < seg.vert_count; v++) seen[seg.vert_ids[v]] = 1;
+        tl_segment_release(ctx, &seg);
+    }
+    size_t count = 0;
+    for (uint64_t i = 0; i < tl_segments_id_end(segments); i++)
+        if (seen[i]) ids[count++] = i;
+    CHECK_EQ(count, tl_mesh_vert_count(mesh));
+    free(seen);
+    return ids;
+}
+
+static void test_volumes(void **state)
+{
+    (void)state;
+    /* of the second, a layer is more than the memory below has room for */
+    const uint32_t sizes[2][3] = {{30, 21, 17}, {700, 400, 3}};
+    tl_ctx *ctx = make_ctx(2);
+    for (int i = 0; i < 8; i++) {
+        const uint32_t *dims = sizes[i / 4];
+        const char *path = i % 2 ? "v.vti" : "v.raw";
+        tl_read_opts read = tl_read_opts_defaults();
+        if (i % 4 == 0) write_volumes(dims);
+        if (i % 2 == 0) memcpy(read.raw_dims, dims, sizeof read.raw_dims);
+        read.has_fill_value = i % 4 >= 2;
+        read.split = i % 4 == 3 ? 6 : 5;
+        tl_mesh *mesh = NULL;
+        tl_read_report whole, windowed;
+        CHECK_OK(ctx, tl_mesh_read(ctx, path, &read, &mesh, &whole));
+        tl_segment_opts opts = tl_segment_opts_defaults();
+        opts.segment_tets = 8000;
+        opts.memory_bytes = TL_SEGMENT_MEMORY_MIN;
+        tl_segments *segments = NULL;
+        CHECK_OK(ctx, tl_segments_build(ctx, path, &read, &opts, NULL, &segments, &windowed));
+        CHECK_EQ(tl_segments_id_end(segments), (uint64_t)dims[0] * dims[1] * dims[2]);
+        CHECK(memcmp(&whole, &windowed, sizeof whole) == 0);
+        uint64_t *ids = used_ids(segments, mesh, ctx);
+        check_same(ctx, segments, mesh, ids);
+        free(ids);
+        tl_segments_destroy(segments);
+        tl_mesh_destroy(mesh);
+    }
+    tl_ctx_destroy(ctx);
+}
+
 /* ---- the same bytes ---- */
 
 static void *read_all(const char *path, size_t *bytes)
@@ -287,9 +372,8 @@ static void test_balance(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_meshes),
-        cmocka_unit_test(test_file),
-        cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test(test_meshes),  cmocka_unit_test(test_file),
+        cmocka_unit_test(test_volumes), cmocka_unit_test(test_same_bytes),
         cmocka_unit_test(test_balance),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -51,11 +51,11 @@ typedef struct tl_segment_channel {
 /* A data set in segments; holds on to its context and to its file. */
 typedef struct tl_segments tl_segments;
 
-/* Cuts the data set of a file into segments. Large VTU files with appended raw arrays are read in
- * windows; of other kinds the mesh is read as a whole first. read may be NULL (defaults), as may
- * opts. path: where the file of segments is kept when the call is done; NULL: it goes with the
- * object. Runs on the pool. Gives *segments; report may be NULL. As tl_mesh_read, and TL_ERR_IO for
- * a temporary folder that is full; TL_ERR_ARG for options out of range. */
+/* Cuts the data set of a file into segments. VTK XML files with appended raw arrays and raw volumes
+ * are read in windows; of other kinds the mesh is read as a whole first. read may be NULL
+ * (defaults), as may opts. path: where the file of segments is kept when the call is done; NULL: it
+ * goes with the object. Runs on the pool. Gives *segments; report may be NULL. As tl_mesh_read, and
+ * TL_ERR_IO for a temporary folder that is full; TL_ERR_ARG for options out of range. */
 TL_API tl_status tl_segments_build(tl_ctx *ctx, const char *input, const tl_read_opts *read,
                                    const tl_segment_opts *opts, const char *path,
                                    tl_segments **segments, tl_read_report *report);

@@ -10,72 +10,34 @@
 #include <stdatomic.h>
 #include <string.h>
 
-/* A window has that part of the memory's bytes as its number of cells: 256 Ki of 256 MiB. */
-#define MEMORY_A_CELL 1024u
-#define WINDOW_CELLS_MIN 4096u
-/* Part of the memory that the points of a window may take as long as they are a range. */
-#define RANGE_PART 4u
-/* Points read at once where only some of a range are needed. */
-#define GATHER_POINTS 65536u
-
-struct tli_feed {
-    tl_ctx *ctx;
-    tli_feeder *reader;
-    tl_read_opts opts;
-    tli_map map;
-    bool has_map;
-    uint64_t memory_bytes, tet_estimate;
-    int region_index; /* among the cell arrays, ghosts left out; -1: none */
-    bool has_regions;
-    bool marks_points; /* hidden, blank or fill values: points can be missing */
-    tl_channel *channels;
-    size_t channel_count;
-    uint32_t components[2];
-
-    uint64_t next_cell, next_tet;
-    tli_grid grid; /* of the window */
-    tli_tets tets;
-    bool is_open; /* tets is */
-    tl_lidx *ids;
-    double *values;
-
-    double *range_xyz; /* points [range_first, range_first + range_count), kept between windows */
-    uint64_t range_first, range_count, range_room;
-
-    /* the report */
-    bool has_counted; /* all windows were read once */
-    bool has_report;  /* it is there already: the file was read as a whole */
-    tl_read_report report;
-    tli_tally sum;
-    uint64_t vert_count, tet_count;
-    uint8_t *used; /* a bit for each point */
-};
+/* Points or cells looked at at once. */
+#define STEP_POINTS 65536u
 
 /* ---- arrays ---- */
 
-tl_status tli_feeder_add(tli_feeder *reader, tl_on on, const char *name, uint32_t components,
+tl_status tli_feeder_add(tli_feeder *feeder, tl_on on, const char *name, uint32_t components,
                          tl_scalar scalar)
 {
     tl_status st = TL_OK;
-    uint32_t count = reader->array_counts[on];
-    char *own = tli_strdup(reader->ctx, name, &st);
-    reader->arrays[on] = tl_mem_resize(reader->ctx, reader->arrays[on], (size_t)count + 1,
-                                       sizeof *reader->arrays[on], &st);
+    uint32_t count = feeder->array_counts[on];
+    char *own = tli_strdup(feeder->ctx, name, &st);
+    feeder->arrays[on] = tl_mem_resize(feeder->ctx, feeder->arrays[on], (size_t)count + 1,
+                                       sizeof *feeder->arrays[on], &st);
     if (st) {
-        tl_mem_free(reader->ctx, own);
+        tl_mem_free(feeder->ctx, own);
         return st;
     }
-    reader->arrays[on][count] = (tli_feeder_array){own, components, scalar};
-    reader->array_counts[on]++;
+    feeder->arrays[on][count] = (tli_feeder_array){own, components, scalar};
+    feeder->array_counts[on]++;
     return TL_OK;
 }
 
-void tli_feeder_drop_arrays(tli_feeder *reader)
+void tli_feeder_drop_arrays(tli_feeder *feeder)
 {
     for (int on = 0; on < 2; on++) {
-        for (uint32_t i = 0; i < reader->array_counts[on]; i++)
-            tl_mem_free(reader->ctx, reader->arrays[on][i].name);
-        tl_mem_free(reader->ctx, reader->arrays[on]);
+        for (uint32_t i = 0; i < feeder->array_counts[on]; i++)
+            tl_mem_free(feeder->ctx, feeder->arrays[on][i].name);
+        tl_mem_free(feeder->ctx, feeder->arrays[on]);
     }
 }
 
@@ -84,14 +46,14 @@ void tli_feeder_drop_arrays(tli_feeder *reader)
 /* Holds whole ids, over the whole array: what tli_tets_find_region asks of a grid. */
 static tl_status holds_ids(tli_feed *feed, uint32_t array, bool *holds)
 {
-    tli_feeder *reader = feed->reader;
+    tli_feeder *feeder = feed->feeder;
     tl_status st = TL_OK;
-    size_t step = GATHER_POINTS;
-    *holds = reader->arrays[TL_ON_TET][array].components == 1;
+    size_t step = STEP_POINTS;
+    *holds = feeder->arrays[TL_ON_TET][array].components == 1;
     double *values = tl_mem_alloc(feed->ctx, step, sizeof *values, &st);
-    for (uint64_t first = 0; !st && *holds && first < reader->cell_count; first += step) {
-        uint64_t left = reader->cell_count - first, count = left < step ? left : step;
-        st = reader->values(reader, TL_ON_TET, array, first, count, values);
+    for (uint64_t first = 0; !st && *holds && first < feeder->cell_count; first += step) {
+        uint64_t left = feeder->cell_count - first, count = left < step ? left : step;
+        st = feeder->values(feeder, TL_ON_TET, array, first, count, values);
         for (uint64_t i = 0; !st && i < count && *holds; i++)
             *holds = tl_scalar_holds(TL_I32, values[i] + 0.0);
     }
@@ -102,12 +64,12 @@ static tl_status holds_ids(tli_feed *feed, uint32_t array, bool *holds)
 /* Decides once for all windows which array holds the regions. */
 static tl_status find_regions(tli_feed *feed)
 {
-    const tli_feeder *reader = feed->reader;
+    const tli_feeder *feeder = feed->feeder;
     feed->region_index = -1;
-    feed->has_regions = reader->is_final && reader->regions;
-    if (reader->is_final) return TL_OK;
-    for (uint32_t i = 0; i < reader->array_counts[TL_ON_TET]; i++) {
-        const tli_feeder_array *array = &reader->arrays[TL_ON_TET][i];
+    feed->has_regions = feeder->is_final && feeder->regions;
+    if (feeder->is_final) return TL_OK;
+    for (uint32_t i = 0; i < feeder->array_counts[TL_ON_TET]; i++) {
+        const tli_feeder_array *array = &feeder->arrays[TL_ON_TET][i];
         bool taken = feed->opts.region ? strcmp(array->name, feed->opts.region) == 0
                                        : tli_is_region_name(array->name);
         if (taken && !feed->opts.region) {
@@ -125,7 +87,7 @@ static tl_status find_regions(tli_feed *feed)
     }
     if (feed->opts.region)
         return tl_fail(feed->ctx, TL_ERR_DATA, "no cell array is called '%s' (%u cell arrays)",
-                       feed->opts.region, reader->array_counts[TL_ON_TET]);
+                       feed->opts.region, feeder->array_counts[TL_ON_TET]);
     return TL_OK;
 }
 
@@ -138,10 +100,10 @@ static bool is_ghost_array(const tli_feeder_array *array, tl_on on)
 }
 
 /* The first of its name; a second one stays a channel. */
-static int find_ghosts(const tli_feeder *reader, tl_on on, const char *name)
+static int find_ghosts(const tli_feeder *feeder, tl_on on, const char *name)
 {
-    for (uint32_t i = 0; i < reader->array_counts[on]; i++) {
-        const tli_feeder_array *array = &reader->arrays[on][i];
+    for (uint32_t i = 0; i < feeder->array_counts[on]; i++) {
+        const tli_feeder_array *array = &feeder->arrays[on][i];
         if (is_ghost_array(array, on) && strcmp(array->name, name) == 0) return (int)i;
     }
     return -1;
@@ -149,10 +111,10 @@ static int find_ghosts(const tli_feeder *reader, tl_on on, const char *name)
 
 static bool is_channel(const tli_feed *feed, tl_on on, uint32_t index)
 {
-    const tli_feeder *reader = feed->reader;
-    if (reader->is_final) return true;
-    const tli_feeder_array *array = &reader->arrays[on][index];
-    return !is_ghost_array(array, on) || find_ghosts(reader, on, array->name) != (int)index;
+    const tli_feeder *feeder = feed->feeder;
+    if (feeder->is_final) return true;
+    const tli_feeder_array *array = &feeder->arrays[on][index];
+    return !is_ghost_array(array, on) || find_ghosts(feeder, on, array->name) != (int)index;
 }
 
 /* Names that are taken get a suffix, as tl_mesh_adopt_channel gives it. */
@@ -170,12 +132,12 @@ static tl_status add_channels(tli_feed *feed)
         return st;
     }
     const double none[1] = {0};
-    const tli_feeder *reader = feed->reader;
-    size_t most = (size_t)reader->array_counts[0] + reader->array_counts[1];
+    const tli_feeder *feeder = feed->feeder;
+    size_t most = (size_t)feeder->array_counts[0] + feeder->array_counts[1];
     feed->channels = tl_mem_zalloc(ctx, most, sizeof *feed->channels, &st);
     for (int on = 0; on < 2; on++)
-        for (uint32_t i = 0; !st && i < reader->array_counts[on]; i++) {
-            const tli_feeder_array *array = &reader->arrays[on][i];
+        for (uint32_t i = 0; !st && i < feeder->array_counts[on]; i++) {
+            const tli_feeder_array *array = &feeder->arrays[on][i];
             if (!is_channel(feed, (tl_on)on, i)) continue;
             tl_channel channel = {array->name,   "",  array->components, (tl_on)on,
                                   array->scalar, none};
@@ -192,25 +154,24 @@ static tl_status add_channels(tli_feed *feed)
     return st;
 }
 
-/* What is the same for all readers. Takes over reader. */
-static tl_status prepare_feed(tli_feed *feed, tli_feeder *reader)
+/* What is the same for all feeders. Takes over feeder. */
+static tl_status prepare_feed(tli_feed *feed, tli_feeder *feeder)
 {
     tl_status st = TL_OK;
-    feed->reader = reader;
-    feed->tet_estimate = reader->cell_count;
-    feed->marks_points = reader->has_blanks ||
-                         find_ghosts(reader, TL_ON_VERTEX, "vtkGhostType") >= 0 ||
-                         feed->opts.has_fill_value;
-    if (reader->is_final) feed->marks_points = false;
-    if (reader->point_count > TL_MESH_VERTS_MAX)
+    feed->feeder = feeder;
+    feed->tet_estimate = feeder->cell_count;
+    feed->marks_points =
+        find_ghosts(feeder, TL_ON_VERTEX, "vtkGhostType") >= 0 || feed->opts.has_fill_value;
+    if (feeder->is_final) feed->marks_points = false;
+    if (feeder->point_count > TL_MESH_VERTS_MAX)
         return tl_fail(feed->ctx, TL_ERR_UNSUPPORTED, "%llu points, at most %u can be numbered",
-                       (unsigned long long)reader->point_count, TL_MESH_VERTS_MAX);
-    feed->report.points = feed->has_report ? feed->report.points : reader->point_count;
-    if (!feed->has_report && !reader->is_final)
-        feed->used = tl_mem_zalloc(feed->ctx, (size_t)(reader->point_count / 8 + 1), 1, &st);
+                       (unsigned long long)feeder->point_count, TL_MESH_VERTS_MAX);
+    feed->report.points = feed->has_report ? feed->report.points : feeder->point_count;
+    if (!feed->has_report && !feeder->is_final)
+        feed->used = tl_mem_zalloc(feed->ctx, (size_t)(feeder->point_count / 8 + 1), 1, &st);
     if (!st) st = find_regions(feed);
     if (!st) st = add_channels(feed);
-    if (!st && reader->estimate) st = reader->estimate(reader, &feed->tet_estimate);
+    if (!st && feeder->estimate) st = feeder->estimate(feeder, &feed->tet_estimate);
     return st;
 }
 
@@ -255,29 +216,32 @@ tl_status tli_feed_of_mesh(tl_ctx *ctx, const tl_mesh *mesh, uint64_t memory_byt
     return st ? st : tli_feed_of(ctx, feeder, memory_bytes, feed);
 }
 
-/* Readers that work in windows, the first that takes the file. */
-static tl_status open_windowed(tli_feed *feed, const char *path, tli_feeder **reader)
+/* Feeders that work in windows, the first that takes the file. */
+static tl_status open_windowed(tli_feed *feed, const char *path, tli_feeder **feeder)
 {
     const tl_read_opts *opts = &feed->opts;
-    bool whole = opts->cell_to_point || opts->raw_dims[0] || opts->raw_dims[1] ||
-                 opts->raw_dims[2] || opts->weld || opts->step || opts->has_time;
-    *reader = NULL;
+    bool raw = opts->raw_dims[0] || opts->raw_dims[1] || opts->raw_dims[2];
+    bool whole = opts->cell_to_point || opts->weld || opts->step || opts->has_time;
+    *feeder = NULL;
     if (whole) return TL_OK;
     tl_status st = tli_map_open(feed->ctx, path, &feed->map);
     if (st) return st;
     feed->has_map = true;
-    if (!feed->map.owned) st = tli_feeder_open_vtu(feed->ctx, &feed->map, path, reader);
+    if (feed->map.owned) return TL_OK; /* no file that can be read again */
+    if (raw) return tli_feeder_open_raw(feed->ctx, &feed->map, path, opts, feeder);
+    st = tli_feeder_open_vtu(feed->ctx, &feed->map, path, feeder);
+    if (!st && !*feeder) st = tli_feeder_open_vts(feed->ctx, &feed->map, path, feeder);
     return st;
 }
 
-static tl_status open_whole(tli_feed *feed, const char *path, tli_feeder **reader)
+static tl_status open_whole(tli_feed *feed, const char *path, tli_feeder **feeder)
 {
     tl_mesh *mesh = NULL;
     if (feed->has_map) tli_map_close(feed->ctx, &feed->map);
     feed->has_map = false;
     tl_status st = tl_mesh_read(feed->ctx, path, &feed->opts, &mesh, &feed->report);
     feed->has_report = true;
-    if (!st) st = tli_feeder_open_mesh(feed->ctx, mesh, true, reader);
+    if (!st) st = tli_feeder_open_mesh(feed->ctx, mesh, true, feeder);
     if (st) tl_mesh_destroy(mesh);
     return st;
 }
@@ -285,23 +249,23 @@ static tl_status open_whole(tli_feed *feed, const char *path, tli_feeder **reade
 tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
                         uint64_t memory_bytes, tli_feed **feed)
 {
-    tli_feeder *reader = NULL;
+    tli_feeder *feeder = NULL;
     *feed = NULL;
     tl_status st = feed_create(ctx, opts, memory_bytes, feed);
     if (st) return st;
     if ((*feed)->opts.split != 5 && (*feed)->opts.split != 6)
         st = tl_fail(ctx, TL_ERR_ARG, "a structured cell is split into 5 or 6 tets, not %d",
                      (*feed)->opts.split);
-    if (!st) st = open_windowed(*feed, path, &reader);
-    if (!st && !reader) st = open_whole(*feed, path, &reader);
-    if (!st) st = prepare_feed(*feed, reader);
+    if (!st) st = open_windowed(*feed, path, &feeder);
+    if (!st && !feeder) st = open_whole(*feed, path, &feeder);
+    if (!st) st = prepare_feed(*feed, feeder);
     if (!st) return TL_OK;
     tli_feed_close(*feed);
     *feed = NULL;
     return st;
 }
 
-static void close_window(tli_feed *feed)
+void tli_feed_close_window(tli_feed *feed)
 {
     tl_ctx *ctx = feed->ctx;
     if (feed->grid.xyz == feed->range_xyz) feed->grid.xyz = NULL;
@@ -318,20 +282,20 @@ void tli_feed_close(tli_feed *feed)
 {
     if (!feed) return;
     tl_ctx *ctx = feed->ctx;
-    close_window(feed);
+    tli_feed_close_window(feed);
     for (size_t i = 0; i < feed->channel_count; i++)
         tl_mem_free(ctx, (char *)(uintptr_t)feed->channels[i].name);
     tl_mem_free(ctx, feed->channels);
     tl_mem_free(ctx, feed->used);
     tl_mem_free(ctx, feed->range_xyz);
-    if (feed->reader) feed->reader->close(feed->reader);
+    if (feed->feeder) feed->feeder->close(feed->feeder);
     if (feed->has_map) tli_map_close(ctx, &feed->map);
     tl_mem_free(ctx, feed);
 }
 
 uint64_t tli_feed_point_count(const tli_feed *feed)
 {
-    return feed->reader->point_count;
+    return feed->feeder->point_count;
 }
 
 uint64_t tli_feed_tet_estimate(const tli_feed *feed)
@@ -341,7 +305,7 @@ uint64_t tli_feed_tet_estimate(const tli_feed *feed)
 
 double tli_feed_time(const tli_feed *feed)
 {
-    return feed->reader->time;
+    return feed->feeder->time;
 }
 
 bool tli_feed_has_regions(const tli_feed *feed)
@@ -358,20 +322,20 @@ const tl_channel *tli_feed_channels(const tli_feed *feed, size_t *count)
 /* ---- values ---- */
 
 /* One array of a window into its grid. */
-static tl_status read_array(tli_feed *feed, tl_on on, uint32_t index, uint64_t first,
-                            uint64_t count)
+tl_status tli_feed_read_array(tli_feed *feed, tl_on on, uint32_t index, uint64_t first,
+                              uint64_t count)
 {
-    tli_feeder *reader = feed->reader;
-    const tli_feeder_array *array = &reader->arrays[on][index];
+    tli_feeder *feeder = feed->feeder;
+    const tli_feeder_array *array = &feeder->arrays[on][index];
     tli_grid_array *added;
     tl_status st =
         tli_grid_add(&feed->grid, on, array->name, array->components, array->scalar, NULL, &added);
-    return st ? st : reader->values(reader, on, index, first, count, added->values);
+    return st ? st : feeder->values(feeder, on, index, first, count, added->values);
 }
 
 /* Values of all arrays [count][components], tuple by tuple. */
-static void interleave(const tli_grid_array *arrays, uint32_t array_count, size_t count,
-                       size_t tuple, double *values)
+void tli_feed_interleave(const tli_grid_array *arrays, uint32_t array_count, size_t count,
+                         size_t tuple, double *values)
 {
     size_t place = 0;
     for (uint32_t a = 0; a < array_count; a++) {
@@ -388,15 +352,11 @@ static void interleave(const tli_grid_array *arrays, uint32_t array_count, size_
 static tl_status read_marked(tli_feed *feed, uint64_t first, size_t count, double *values,
                              uint8_t *missing)
 {
-    tli_feeder *reader = feed->reader;
+    tli_feeder *feeder = feed->feeder;
     tl_status st = TL_OK;
     feed->grid.point_count = count;
-    for (uint32_t a = 0; !st && a < reader->array_counts[TL_ON_VERTEX]; a++)
-        st = read_array(feed, TL_ON_VERTEX, a, first, count);
-    if (!st && reader->has_blanks) {
-        feed->grid.blanks = tl_mem_alloc(feed->ctx, count, 1, &st);
-        if (!st) st = reader->blanks(reader, first, count, feed->grid.blanks);
-    }
+    for (uint32_t a = 0; !st && a < feeder->array_counts[TL_ON_VERTEX]; a++)
+        st = tli_feed_read_array(feed, TL_ON_VERTEX, a, first, count);
     if (st) return st;
     st = tli_tets_open(&feed->tets, &feed->grid, &feed->opts);
     feed->is_open = true;
@@ -404,8 +364,8 @@ static tl_status read_marked(tli_feed *feed, uint64_t first, size_t count, doubl
     if (!st) st = tli_tets_mark_missing(&feed->tets);
     if (st) return st;
     if (values)
-        interleave(feed->grid.point_arrays, feed->grid.point_array_count, count,
-                   feed->components[TL_ON_VERTEX], values);
+        tli_feed_interleave(feed->grid.point_arrays, feed->grid.point_array_count, count,
+                            feed->components[TL_ON_VERTEX], values);
     for (size_t i = 0; missing && i < count; i++)
         missing[i] = (feed->tets.point_marks[i] & (TLI_POINT_HIDDEN | TLI_POINT_MISSING)) != 0;
     return TL_OK;
@@ -413,16 +373,16 @@ static tl_status read_marked(tli_feed *feed, uint64_t first, size_t count, doubl
 
 static tl_status read_values(tli_feed *feed, uint64_t first, size_t count, double *values)
 {
-    tli_feeder *reader = feed->reader;
+    tli_feeder *feeder = feed->feeder;
     tl_status st = TL_OK;
-    if (reader->array_counts[TL_ON_VERTEX] == 1)
-        return reader->values(reader, TL_ON_VERTEX, 0, first, count, values);
+    if (feeder->array_counts[TL_ON_VERTEX] == 1)
+        return feeder->values(feeder, TL_ON_VERTEX, 0, first, count, values);
     feed->grid.point_count = count;
-    for (uint32_t a = 0; !st && a < reader->array_counts[TL_ON_VERTEX]; a++)
-        st = read_array(feed, TL_ON_VERTEX, a, first, count);
+    for (uint32_t a = 0; !st && a < feeder->array_counts[TL_ON_VERTEX]; a++)
+        st = tli_feed_read_array(feed, TL_ON_VERTEX, a, first, count);
     if (!st)
-        interleave(feed->grid.point_arrays, feed->grid.point_array_count, count,
-                   feed->components[TL_ON_VERTEX], values);
+        tli_feed_interleave(feed->grid.point_arrays, feed->grid.point_array_count, count,
+                            feed->components[TL_ON_VERTEX], values);
     return st;
 }
 
@@ -430,295 +390,15 @@ tl_status tli_feed_points(tli_feed *feed, uint64_t first, size_t count, double *
                           uint8_t *missing)
 {
     tl_status st = TL_OK;
-    close_window(feed);
-    if (xyz) st = feed->reader->points(feed->reader, first, count, xyz);
+    tli_feed_close_window(feed);
+    if (xyz) st = feed->feeder->points(feed->feeder, first, count, xyz);
     if (missing) memset(missing, 0, count);
     if (!st && feed->marks_points)
         st = read_marked(feed, first, count, values, missing);
     else if (!st && values && feed->components[TL_ON_VERTEX])
         st = read_values(feed, first, count, values);
-    close_window(feed);
+    tli_feed_close_window(feed);
     return st;
-}
-
-/* ---- points of a window ---- */
-
-typedef struct range_job {
-    tl_lidx *ids;
-    tl_lidx first;
-} range_job;
-
-static tl_status rebase_piece(void *arg, size_t begin, size_t end, unsigned worker)
-{
-    const range_job *job = arg;
-    (void)worker;
-    for (size_t i = begin; i < end; i++) job->ids[i] -= job->first;
-    return TL_OK;
-}
-
-static void id_range(const tl_lidx *ids, size_t count, tl_lidx *low, tl_lidx *high)
-{
-    *low = TL_NONE;
-    *high = 0;
-    for (size_t i = 0; i < count; i++) {
-        *low = ids[i] < *low ? ids[i] : *low;
-        *high = ids[i] > *high ? ids[i] : *high;
-    }
-}
-
-/* xyz of a range of points, kept for the next window. */
-static tl_status load_range(tli_feed *feed, uint64_t first, uint64_t count)
-{
-    tl_status st = TL_OK;
-    if (first < feed->range_first || first + count > feed->range_first + feed->range_count) {
-        if (count > feed->range_room) {
-            tl_mem_free(feed->ctx, feed->range_xyz);
-            feed->range_xyz = NULL;
-            feed->range_count = feed->range_room = 0;
-            feed->range_xyz = tl_mem_alloc(feed->ctx, (size_t)count, 3 * sizeof(double), &st);
-            if (st) return st;
-            feed->range_room = count;
-        }
-        feed->range_first = first;
-        feed->range_count = 0;
-        st = feed->reader->points(feed->reader, first, count, feed->range_xyz);
-        if (!st) feed->range_count = count;
-    }
-    return st;
-}
-
-/* The points of a window are a range: ids become indices into it. */
-static tl_status take_range(tli_feed *feed, tl_lidx low, tl_lidx high, size_t index_count)
-{
-    tli_grid *grid = &feed->grid;
-    tl_status st = load_range(feed, low, (uint64_t)high - low + 1);
-    if (st) return st;
-    grid->xyz = feed->range_xyz;
-    grid->point_count = feed->range_count;
-    range_job job = {grid->connectivity, (tl_lidx)feed->range_first};
-    return tli_parallel(feed->ctx, index_count, TLI_TETS_GRAIN, rebase_piece, &job);
-}
-
-/* Every id once, ascending, in feed->ids; the window's indices become places among them. */
-static tl_status number_ids(tli_feed *feed, size_t index_count)
-{
-    tl_ctx *ctx = feed->ctx;
-    tl_status st = TL_OK;
-    tl_lidx *connectivity = feed->grid.connectivity;
-    tl_lidx *keys = tl_mem_alloc(ctx, index_count, sizeof *keys, &st);
-    uint32_t *places = tl_mem_alloc(ctx, index_count, sizeof *places, &st);
-    if (!st) {
-        memcpy(keys, connectivity, index_count * sizeof *keys);
-        for (size_t i = 0; i < index_count; i++) places[i] = (uint32_t)i;
-        st = tli_sort_u32(ctx, keys, places, index_count);
-    }
-    if (!st) {
-        size_t count = 0;
-        for (size_t i = 0; i < index_count; i++) {
-            if (!i || keys[i] != keys[count - 1]) keys[count++] = keys[i];
-            connectivity[places[i]] = (tl_lidx)(count - 1);
-        }
-        keys = tl_mem_resize(ctx, keys, count, sizeof *keys, &st);
-        feed->grid.point_count = count;
-        feed->ids = keys;
-        keys = NULL;
-    }
-    tl_mem_free(ctx, places);
-    tl_mem_free(ctx, keys);
-    return st;
-}
-
-/* Tuples of the points of feed->ids: array TL_NONE for xyz. */
-static tl_status gather(tli_feed *feed, uint32_t array, uint32_t components, double *values)
-{
-    tli_feeder *reader = feed->reader;
-    tl_status st = TL_OK;
-    size_t count = (size_t)feed->grid.point_count, tuple = components * sizeof *values;
-    double *part = tl_mem_alloc(feed->ctx, GATHER_POINTS, tuple, &st);
-    for (size_t i = 0; !st && i < count;) {
-        uint64_t first = feed->ids[i], room = reader->point_count - first;
-        if (room > GATHER_POINTS) room = GATHER_POINTS;
-        size_t last = i;
-        while (last < count && feed->ids[last] < first + room) last++;
-        uint64_t needed = feed->ids[last - 1] - first + 1;
-        st = array == TL_NONE ? reader->points(reader, first, needed, part)
-                              : reader->values(reader, TL_ON_VERTEX, array, first, needed, part);
-        for (; !st && i < last; i++)
-            memcpy(values + i * components, part + (feed->ids[i] - first) * components, tuple);
-    }
-    tl_mem_free(feed->ctx, part);
-    return st;
-}
-
-/* What marks points as missing, for the points of a window. */
-static tl_status read_point_arrays(tli_feed *feed)
-{
-    tli_feeder *reader = feed->reader;
-    tli_grid *grid = &feed->grid;
-    size_t count = (size_t)grid->point_count;
-    tl_status st = TL_OK;
-    for (uint32_t a = 0; !st && a < reader->array_counts[TL_ON_VERTEX]; a++) {
-        const tli_feeder_array *array = &reader->arrays[TL_ON_VERTEX][a];
-        if (!feed->ids) {
-            st = read_array(feed, TL_ON_VERTEX, a, feed->range_first, count);
-            continue;
-        }
-        tli_grid_array *added;
-        st = tli_grid_add(grid, TL_ON_VERTEX, array->name, array->components, array->scalar, NULL,
-                          &added);
-        if (!st) st = gather(feed, a, array->components, added->values);
-    }
-    if (st || !reader->has_blanks) return st;
-    grid->blanks = tl_mem_alloc(feed->ctx, count, 1, &st);
-    TL_ASSERT(!feed->ids); /* points of structured blocks are ranges */
-    return st ? st : reader->blanks(reader, feed->range_first, count, grid->blanks);
-}
-
-static tl_status localise(tli_feed *feed)
-{
-    tli_grid *grid = &feed->grid;
-    tl_status st = TL_OK;
-    size_t index_count =
-        grid->offsets ? (size_t)grid->offsets[grid->cell_count] : 4 * (size_t)grid->cell_count;
-    uint64_t room = feed->memory_bytes / RANGE_PART / (3 * sizeof(double));
-    tl_lidx low = 0, high = 0;
-    if (index_count) id_range(grid->connectivity, index_count, &low, &high);
-    bool is_kept = low >= feed->range_first && high < feed->range_first + feed->range_count;
-    if (!index_count) {
-        grid->point_count = 0;
-    } else if (is_kept || (uint64_t)high - low < room) {
-        st = take_range(feed, low, high, index_count);
-    } else {
-        st = number_ids(feed, index_count);
-        if (!st)
-            grid->xyz = tl_mem_alloc(feed->ctx, (size_t)grid->point_count, 3 * sizeof(double), &st);
-        if (!st) st = gather(feed, TL_NONE, 3, grid->xyz);
-    }
-    if (!st && feed->marks_points && grid->point_count) st = read_point_arrays(feed);
-    return st;
-}
-
-/* ---- windows ---- */
-
-static tl_status read_cells(tli_feed *feed, uint64_t first, uint64_t count)
-{
-    tli_feeder *reader = feed->reader;
-    tli_grid *grid = &feed->grid;
-    grid->cell_count = count;
-    tl_status st = reader->cells(reader, first, count, grid);
-    if (!st) st = localise(feed);
-    for (uint32_t a = 0; !st && a < reader->array_counts[TL_ON_TET]; a++)
-        st = read_array(feed, TL_ON_TET, a, first, count);
-    return st;
-}
-
-/* The tets of a mesh: no cell is split, turned or left out. */
-static tl_status take_final(tli_feed *feed, uint64_t first)
-{
-    tli_tets *t = &feed->tets;
-    tl_status st = TL_OK;
-    t->tets = feed->grid.connectivity;
-    feed->grid.connectivity = NULL;
-    t->tet_count = (size_t)feed->grid.cell_count;
-    t->one_to_one = true;
-    if (feed->reader->regions) {
-        t->regions = tl_mem_alloc(feed->ctx, t->tet_count, sizeof *t->regions, &st);
-        if (!st) st = feed->reader->regions(feed->reader, first, t->tet_count, t->regions);
-    }
-    return st;
-}
-
-/* After mark_missing dropped ghosts, the array of the regions may stand elsewhere. */
-static int region_in_window(const tli_feed *feed)
-{
-    if (feed->region_index < 0) return -1;
-    const char *name = feed->reader->arrays[TL_ON_TET][feed->region_index].name;
-    for (uint32_t i = 0; i < feed->grid.cell_array_count; i++)
-        if (strcmp(feed->grid.cell_arrays[i].name, name) == 0) return (int)i;
-    return -1;
-}
-
-static tl_status split_window(tli_feed *feed)
-{
-    tli_tets *t = &feed->tets;
-    tl_status st = tli_tets_split(t);
-    if (!st && t->cell_counts)
-        st = tl_fail(feed->ctx, TL_ERR_UNSUPPORTED,
-                     "polyhedra and prisms can't be read in windows: convert the file first");
-    int region = region_in_window(feed);
-    if (!st && region >= 0) st = tli_tets_make_regions(t, region);
-    if (st || feed->has_counted) return st;
-    memset(&t->sum, 0, sizeof t->sum);
-    tli_tets_sum(t);
-    uint64_t *sum = (uint64_t *)&feed->sum;
-    const uint64_t *one = (const uint64_t *)&t->sum;
-    for (size_t i = 0; i < sizeof t->sum / sizeof *sum; i++) sum[i] += one[i];
-    for (size_t i = 0; feed->used && i < t->grid->point_count; i++) {
-        uint64_t id = feed->ids ? feed->ids[i] : feed->range_first + i;
-        if (t->point_marks[i] & TLI_POINT_USED) feed->used[id / 8] |= (uint8_t)(1u << id % 8);
-    }
-    return st;
-}
-
-static tl_status tet_values(tli_feed *feed)
-{
-    tli_tets *t = &feed->tets;
-    tl_status st = TL_OK;
-    uint32_t components = feed->components[TL_ON_TET];
-    if (!components) return TL_OK;
-    for (uint32_t a = 0; !st && a < t->grid->cell_array_count; a++)
-        st = tli_tets_repeat(t, &t->grid->cell_arrays[a]);
-    size_t tuple = components * sizeof(double);
-    feed->values = tl_mem_alloc(feed->ctx, t->tet_count, tuple, &st);
-    if (st) return st;
-    interleave(t->grid->cell_arrays, t->grid->cell_array_count, t->tet_count, components,
-               feed->values);
-    if (feed->has_counted) return TL_OK;
-    for (size_t i = 0; i < t->tet_count * components; i++)
-        feed->sum.nonfinite_values += !isfinite(feed->values[i]);
-    return TL_OK;
-}
-
-void tli_feed_rewind(tli_feed *feed)
-{
-    close_window(feed);
-    feed->next_cell = 0;
-    feed->next_tet = 0;
-}
-
-tl_status tli_feed_next(tli_feed *feed, tli_window *window, bool *more)
-{
-    tli_feeder *reader = feed->reader;
-    uint64_t step = feed->memory_bytes / MEMORY_A_CELL, first = feed->next_cell;
-    close_window(feed);
-    *window = (tli_window){.first_tet = feed->next_tet};
-    *more = first < reader->cell_count;
-    if (!*more) {
-        feed->has_counted = true;
-        feed->tet_count = feed->next_tet;
-        return TL_OK;
-    }
-    if (step < WINDOW_CELLS_MIN) step = WINDOW_CELLS_MIN;
-    if (step > reader->cell_count - first) step = reader->cell_count - first;
-    tl_status st = read_cells(feed, first, step);
-    if (st) return st;
-    st = tli_tets_open(&feed->tets, &feed->grid, &feed->opts);
-    feed->is_open = true;
-    feed->tets.cell_first = first;
-    if (!st) st = reader->is_final ? take_final(feed, first) : split_window(feed);
-    if (!st) st = tet_values(feed);
-    if (st) return st;
-    window->tet_count = feed->tets.tet_count;
-    window->tets = feed->tets.tets;
-    window->regions = feed->tets.regions;
-    window->values = feed->values;
-    window->point_count = (size_t)feed->grid.point_count;
-    window->first_point = feed->range_first;
-    window->ids = feed->ids;
-    window->xyz = feed->grid.xyz;
-    feed->next_cell += step;
-    feed->next_tet += feed->tets.tet_count;
-    return TL_OK;
 }
 
 /* ---- the report ---- */
@@ -750,14 +430,14 @@ static tl_status finite_piece(void *arg, size_t begin, size_t end, unsigned work
 static tl_status count_nonfinite(tli_feed *feed, uint64_t *bad)
 {
     tl_status st = TL_OK;
-    const uint64_t points = feed->reader->point_count;
+    const uint64_t points = feed->feeder->point_count;
     finite_job job = {.used = feed->tet_count ? feed->used : NULL,
                       .components = feed->components[TL_ON_VERTEX]};
     if (!job.components) return TL_OK;
-    double *values = tl_mem_alloc(feed->ctx, GATHER_POINTS, job.components * sizeof *values, &st);
+    double *values = tl_mem_alloc(feed->ctx, STEP_POINTS, job.components * sizeof *values, &st);
     job.values = values;
-    for (; !st && job.first < points; job.first += GATHER_POINTS) {
-        uint64_t left = points - job.first, count = left < GATHER_POINTS ? left : GATHER_POINTS;
+    for (; !st && job.first < points; job.first += STEP_POINTS) {
+        uint64_t left = points - job.first, count = left < STEP_POINTS ? left : STEP_POINTS;
         st = tli_feed_points(feed, job.first, (size_t)count, NULL, values, NULL);
         if (!st)
             st = tli_parallel(feed->ctx, (size_t)count, TLI_TETS_GRAIN / 8, finite_piece, &job);
@@ -770,8 +450,8 @@ static tl_status count_nonfinite(tli_feed *feed, uint64_t *bad)
 tl_status tli_feed_report(tli_feed *feed, tl_read_report *report)
 {
     tl_status st = TL_OK;
-    if (!feed->has_report && !feed->reader->is_final) {
-        const uint64_t points = feed->reader->point_count;
+    if (!feed->has_report && !feed->feeder->is_final) {
+        const uint64_t points = feed->feeder->point_count;
         uint64_t used = 0;
         for (uint64_t i = 0; i <= points / 8; i++)
             used += (unsigned)__builtin_popcount(feed->used[i]);
@@ -785,7 +465,7 @@ tl_status tli_feed_report(tli_feed *feed, tl_read_report *report)
                         .tet_count = feed->tet_count ? 1 : 0,
                         .vert_count = (size_t)points};
         if (feed->region_index >= 0)
-            all.region_name = feed->reader->arrays[TL_ON_TET][feed->region_index].name;
+            all.region_name = feed->feeder->arrays[TL_ON_TET][feed->region_index].name;
         tli_tets_report(&all);
         feed->report = all.report;
         feed->has_report = true;

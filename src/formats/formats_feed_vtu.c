@@ -6,14 +6,14 @@
 #include <string.h>
 
 typedef struct vtu_reader {
-    tli_feeder reader;
+    tli_feeder feeder;
     tli_vx_file file;
     tli_vx_field *fields[2]; /* by tl_on, owned */
 } vtu_reader;
 
-static vtu_reader *of(tli_feeder *reader)
+static vtu_reader *of(tli_feeder *feeder)
 {
-    return (vtu_reader *)reader;
+    return (vtu_reader *)feeder;
 }
 
 /* The part of a piece that lies in [first, first + count) of all pieces: begin and end in the
@@ -29,9 +29,9 @@ static bool overlap(uint64_t piece_first, uint64_t piece_count, uint64_t first, 
     return high > low;
 }
 
-static tl_status vtu_points(tli_feeder *reader, uint64_t first, uint64_t count, double *xyz)
+static tl_status vtu_points(tli_feeder *feeder, uint64_t first, uint64_t count, double *xyz)
 {
-    tli_vx_file *file = &of(reader)->file;
+    tli_vx_file *file = &of(feeder)->file;
     tl_status st = TL_OK;
     for (size_t p = 0; !st && p < file->piece_count; p++) {
         const tli_vx_piece *piece = &file->pieces[p];
@@ -44,11 +44,11 @@ static tl_status vtu_points(tli_feeder *reader, uint64_t first, uint64_t count, 
     return st;
 }
 
-static tl_status vtu_values(tli_feeder *reader, tl_on on, uint32_t array, uint64_t first,
+static tl_status vtu_values(tli_feeder *feeder, tl_on on, uint32_t array, uint64_t first,
                             uint64_t count, double *values)
 {
-    tli_vx_file *file = &of(reader)->file;
-    const tli_vx_field *field = &of(reader)->fields[on][array];
+    tli_vx_file *file = &of(feeder)->file;
+    const tli_vx_field *field = &of(feeder)->fields[on][array];
     const uint64_t n = field->components;
     tl_status st = TL_OK;
     for (size_t p = 0; !st && p < file->piece_count; p++) {
@@ -117,12 +117,12 @@ static tl_status read_piece_cells(vtu_reader *r, const tli_vx_piece *piece, uint
     return st;
 }
 
-static tl_status vtu_cells(tli_feeder *reader, uint64_t first, uint64_t count, tli_grid *window)
+static tl_status vtu_cells(tli_feeder *feeder, uint64_t first, uint64_t count, tli_grid *window)
 {
-    vtu_reader *r = of(reader);
+    vtu_reader *r = of(feeder);
     tl_status st = TL_OK;
-    window->offsets = tl_mem_alloc(reader->ctx, (size_t)count + 1, sizeof *window->offsets, &st);
-    window->types = tl_mem_alloc(reader->ctx, (size_t)count, 1, &st);
+    window->offsets = tl_mem_alloc(feeder->ctx, (size_t)count + 1, sizeof *window->offsets, &st);
+    window->types = tl_mem_alloc(feeder->ctx, (size_t)count, 1, &st);
     if (!st) window->offsets[0] = 0;
     for (size_t p = 0; !st && p < r->file.piece_count; p++) {
         const tli_vx_piece *piece = &r->file.pieces[p];
@@ -134,7 +134,7 @@ static tl_status vtu_cells(tli_feeder *reader, uint64_t first, uint64_t count, t
 }
 
 /* Counts by the types alone, each as its usual number of tets. */
-static tl_status vtu_estimate(tli_feeder *reader, uint64_t *tets)
+static tl_status vtu_estimate(tli_feeder *feeder, uint64_t *tets)
 {
     enum { STEP = 65536 };
     static const uint8_t usual[] = {[TLI_SHAPE_TETRA] = 1,
@@ -142,7 +142,7 @@ static tl_status vtu_estimate(tli_feeder *reader, uint64_t *tets)
                                     [TLI_SHAPE_WEDGE] = 3,
                                     [TLI_SHAPE_HEXAHEDRON] = 6,
                                     [TLI_SHAPE_VOXEL] = 6};
-    tli_vx_file *file = &of(reader)->file;
+    tli_vx_file *file = &of(feeder)->file;
     uint8_t types[STEP];
     tl_status st = TL_OK;
     *tets = 0;
@@ -160,11 +160,11 @@ static tl_status vtu_estimate(tli_feeder *reader, uint64_t *tets)
     return TL_OK;
 }
 
-static void vtu_close(tli_feeder *reader)
+static void vtu_close(tli_feeder *feeder)
 {
-    tl_ctx *ctx = reader->ctx;
-    vtu_reader *r = of(reader);
-    tli_feeder_drop_arrays(reader);
+    tl_ctx *ctx = feeder->ctx;
+    vtu_reader *r = of(feeder);
+    tli_feeder_drop_arrays(feeder);
     tl_mem_free(ctx, r->fields[0]);
     tl_mem_free(ctx, r->fields[1]);
     tli_vx_release(&r->file);
@@ -195,23 +195,27 @@ static tl_status find_fields(vtu_reader *r, tl_on on)
     for (size_t i = 0; !st && i < count; i++) {
         const tli_vx_field *field = &r->fields[on][i];
         tli_vx_field_name(field, name, sizeof name);
-        st = tli_feeder_add(&r->reader, on, name, field->components, field->scalar);
+        st = tli_feeder_add(&r->feeder, on, name, field->components, field->scalar);
     }
     return st;
 }
 
-tl_status tli_feeder_open_vtu(tl_ctx *ctx, const tli_map *map, const char *path,
-                              tli_feeder **reader)
+bool tli_feeder_is_xml(const tli_map *map)
 {
     static const char start[] = "<?xml", root[] = "<VTKFile";
+    return map->byte_count >= sizeof root && (memcmp(map->bytes, start, sizeof start - 1) == 0 ||
+                                              memcmp(map->bytes, root, sizeof root - 1) == 0);
+}
+
+tl_status tli_feeder_open_vtu(tl_ctx *ctx, const tli_map *map, const char *path,
+                              tli_feeder **feeder)
+{
     tl_status st = TL_OK;
-    *reader = NULL;
-    if (map->byte_count < sizeof root || (memcmp(map->bytes, start, sizeof start - 1) != 0 &&
-                                          memcmp(map->bytes, root, sizeof root - 1) != 0))
-        return TL_OK;
+    *feeder = NULL;
+    if (!tli_feeder_is_xml(map)) return TL_OK;
     vtu_reader *r = tl_mem_zalloc(ctx, 1, sizeof *r, &st);
     if (st) return st;
-    r->reader = (tli_feeder){.ctx = ctx,
+    r->feeder = (tli_feeder){.ctx = ctx,
                              .points = vtu_points,
                              .values = vtu_values,
                              .cells = vtu_cells,
@@ -220,7 +224,7 @@ tl_status tli_feeder_open_vtu(tl_ctx *ctx, const tli_map *map, const char *path,
     st = tli_vx_head_read(ctx, map, &r->file);
     if (st || !is_plain(&r->file)) {
         /* what is wrong is said, with the place, when the file is read as a whole */
-        vtu_close(&r->reader);
+        vtu_close(&r->feeder);
         return st == TL_ERR_FORMAT || st == TL_ERR_UNSUPPORTED ? TL_OK : st;
     }
     tli_grid counts;
@@ -230,12 +234,12 @@ tl_status tli_feeder_open_vtu(tl_ctx *ctx, const tli_map *map, const char *path,
     if (!st) st = find_fields(r, TL_ON_VERTEX);
     if (!st) st = find_fields(r, TL_ON_TET);
     if (st) {
-        vtu_close(&r->reader);
+        vtu_close(&r->feeder);
         return tl_note(ctx, st, "while reading '%s' as VTK XML", path);
     }
-    r->reader.point_count = counts.point_count;
-    r->reader.cell_count = counts.cell_count;
-    r->reader.time = r->file.time;
-    *reader = &r->reader;
+    r->feeder.point_count = counts.point_count;
+    r->feeder.cell_count = counts.cell_count;
+    r->feeder.time = r->file.time;
+    *feeder = &r->feeder;
     return TL_OK;
 }

@@ -148,6 +148,9 @@ tl_status tli_read_vtk_xml(tl_ctx *ctx, const tli_map *map, const char *path, tl
 tl_status tli_read_vtk_legacy(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid);
 tl_status tli_read_plot3d(tl_ctx *ctx, const tli_map *map, const char *path,
                           const tl_read_opts *opts, tli_grid *grid);
+/* The file must hold exactly one value for each point of opts; *points receives their number. */
+tl_status tli_raw_check(tl_ctx *ctx, const tli_map *map, const char *path, const tl_read_opts *opts,
+                        uint64_t *points);
 tl_status tli_read_raw(tl_ctx *ctx, const tli_map *map, const char *path, const tl_read_opts *opts,
                        tli_grid *grid);
 

@@ -32,9 +32,8 @@ static tl_status read_piece(void *arg, size_t begin, size_t end, unsigned worker
     return TL_OK;
 }
 
-/* The file must hold exactly one value for each point. */
-static tl_status check_size(tl_ctx *ctx, const tli_map *map, const char *path,
-                            const tl_read_opts *opts, uint64_t *points)
+tl_status tli_raw_check(tl_ctx *ctx, const tli_map *map, const char *path, const tl_read_opts *opts,
+                        uint64_t *points)
 {
     const uint32_t *dims = opts->raw_dims;
     uint64_t count = 1;
@@ -67,7 +66,7 @@ tl_status tli_read_raw(tl_ctx *ctx, const tli_map *map, const char *path, const 
 {
     uint64_t points = 0;
     tli_grid_array *array = NULL;
-    tl_status st = check_size(ctx, map, path, opts, &points);
+    tl_status st = tli_raw_check(ctx, map, path, opts, &points);
     if (st) return st;
     grid->blocks = tl_mem_zalloc(ctx, 1, sizeof *grid->blocks, &st);
     if (st) return st;

@@ -179,6 +179,22 @@ tl_status tli_vx_time_read(tli_vx_file *file);
  * formats_vtu_faces.c */
 tl_status tli_vx_read_faces(tli_vx_file *file, tli_grid *grid);
 tl_status tli_vx_read_unstructured(tli_vx_file *file, tli_grid *grid);
+/* The box that the pieces of a structured file make, and where its points are. */
+typedef struct tli_vx_structure {
+    tli_vx_file *file; /* the first two are set by the caller */
+    tli_grid *grid;    /* NULL: points are asked for by ranges */
+    int64_t box[6];
+    uint64_t dims[3], point_count;
+    double *axes[3]; /* rectilinear: coordinates along each axis, owned; else NULL */
+} tli_vx_structure;
+tl_status tli_vx_structure_open(tli_vx_structure *structure);
+/* Also after a failed opening. */
+void tli_vx_structure_close(tli_vx_structure *structure);
+/* xyz [count][3] of points [first, first + count); of a structured grid with one piece whose points
+ * have parts. Runs on the pool. */
+tl_status tli_vx_structure_points(const tli_vx_structure *structure, uint64_t first, uint64_t count,
+                                  double *xyz);
+
 tl_status tli_vx_read_structured(tli_vx_file *file, tli_grid *grid);
 
 #endif

@@ -12,16 +12,9 @@
 /* A box may be that much larger than its pieces together. */
 #define BOX_GROWTH_MAX 8u
 
-typedef struct structure {
-    tli_vx_file *file;
-    tli_grid *grid;
-    int64_t box[6];
-    uint64_t dims[3];
-} structure;
-
 /* ---- extents ---- */
 
-static tl_status find_box(structure *s)
+static tl_status find_box(tli_vx_structure *s)
 {
     const tli_vx_file *file = s->file;
     uint64_t sum = 0, total = 1;
@@ -46,12 +39,13 @@ static tl_status find_box(structure *s)
         return tl_fail(file->ctx, TL_ERR_UNSUPPORTED,
                        "the pieces have %llu points, but span a box of %llu",
                        (unsigned long long)sum, (unsigned long long)total);
-    s->grid->point_count = total;
+    s->point_count = total;
+    if (s->grid) s->grid->point_count = total;
     return TL_OK;
 }
 
 /* A piece that is flat where the whole is not would have other cells than the whole there. */
-static tl_status check_flat(const structure *s)
+static tl_status check_flat(const tli_vx_structure *s)
 {
     for (size_t p = 0; p < s->file->piece_count; p++)
         for (int axis = 0; axis < 3; axis++) {
@@ -63,7 +57,7 @@ static tl_status check_flat(const structure *s)
     return TL_OK;
 }
 
-static tl_status add_block(structure *s)
+static tl_status add_block(tli_vx_structure *s)
 {
     tl_status st = TL_OK;
     s->grid->blocks = tl_mem_zalloc(s->file->ctx, 1, sizeof *s->grid->blocks, &st);
@@ -74,7 +68,7 @@ static tl_status add_block(structure *s)
 }
 
 /* Where a piece begins in the box, and its points along the axes. */
-static void place_piece(const structure *s, const tli_vx_piece *piece, uint64_t place[3],
+static void place_piece(const tli_vx_structure *s, const tli_vx_piece *piece, uint64_t place[3],
                         uint64_t counts[3])
 {
     for (int axis = 0; axis < 3; axis++) {
@@ -84,7 +78,7 @@ static void place_piece(const structure *s, const tli_vx_piece *piece, uint64_t 
 }
 
 /* Blanks what no piece covers. */
-static tl_status mark_blanks(structure *s)
+static tl_status mark_blanks(tli_vx_structure *s)
 {
     tl_status st = TL_OK;
     uint64_t covered = 0;
@@ -110,68 +104,67 @@ static tl_status mark_blanks(structure *s)
 
 /* ---- points ---- */
 
-typedef struct lattice_job {
-    const structure *s;
-    const double *axes[3]; /* rectilinear: coordinates along each axis; else NULL */
-} lattice_job;
-
-static void lattice_point(const lattice_job *job, const uint64_t at[3], double xyz[3])
+static void lattice_point(const tli_vx_structure *s, const uint64_t at[3], double xyz[3])
 {
-    const tli_vx_file *file = job->s->file;
+    const tli_vx_file *file = s->file;
     double step[3];
+    if (s->axes[0]) {
+        for (int axis = 0; axis < 3; axis++) xyz[axis] = s->axes[axis][at[axis]];
+        return;
+    }
     for (int axis = 0; axis < 3; axis++)
-        step[axis] = (double)(job->s->box[2 * axis] + (int64_t)at[axis]) * file->spacing[axis];
+        step[axis] = (double)(s->box[2 * axis] + (int64_t)at[axis]) * file->spacing[axis];
     for (int axis = 0; axis < 3; axis++) {
         const double *row = file->direction + (size_t)3 * (size_t)axis;
         xyz[axis] = file->origin[axis] + (row[0] * step[0] + row[1] * step[1] + row[2] * step[2]);
     }
 }
 
-/* Rows [begin, end) of points, a row along i. */
-static tl_status fill_rows(void *arg, size_t begin, size_t end, unsigned worker)
+typedef struct lattice_job {
+    const tli_vx_structure *s;
+    uint64_t first;
+    double *xyz;
+} lattice_job;
+
+/* Points [begin, end) behind the first one. */
+static tl_status fill_points(void *arg, size_t begin, size_t end, unsigned worker)
 {
     const lattice_job *job = arg;
-    const uint64_t *dims = job->s->dims;
+    const uint64_t *dims = job->s->dims, point = job->first + begin;
+    uint64_t at[3] = {point % dims[0], point / dims[0] % dims[1], point / dims[0] / dims[1]};
     (void)worker;
-    for (size_t row = begin; row < end; row++) {
-        double *xyz = job->s->grid->xyz + 3 * row * dims[0];
-        uint64_t at[3] = {0, row % dims[1], row / dims[1]};
-        for (at[0] = 0; at[0] < dims[0]; at[0]++, xyz += 3) {
-            if (!job->axes[0])
-                lattice_point(job, at, xyz);
-            else
-                for (int axis = 0; axis < 3; axis++) xyz[axis] = job->axes[axis][at[axis]];
-        }
+    for (size_t i = begin; i < end; i++) {
+        lattice_point(job->s, at, job->xyz + 3 * i);
+        if (++at[0] < dims[0]) continue;
+        at[0] = 0;
+        if (++at[1] < dims[1]) continue;
+        at[1] = 0;
+        at[2]++;
     }
     return TL_OK;
 }
 
-static tl_status fill_lattice(const structure *s, double *const axes[3])
+static tl_status fill_lattice(const tli_vx_structure *s, uint64_t first, uint64_t count,
+                              double *xyz)
 {
-    lattice_job job = {.s = s};
-    tl_status st = TL_OK;
-    for (int axis = 0; axes && axis < 3; axis++) job.axes[axis] = axes[axis];
-    s->grid->xyz =
-        tl_mem_alloc(s->file->ctx, (size_t)s->grid->point_count, 3 * sizeof(double), &st);
-    size_t grain = 4096 / (size_t)s->dims[0] + 1;
-    if (!st)
-        st = tli_parallel(s->file->ctx, (size_t)(s->dims[1] * s->dims[2]), grain, fill_rows, &job);
-    return st;
+    lattice_job job = {s, first, xyz};
+    return tli_parallel(s->file->ctx, (size_t)count, 4096, fill_points, &job);
 }
 
-static tl_status read_image_points(structure *s)
+static tl_status check_image(const tli_vx_structure *s)
 {
     uint64_t bytes = s->file->map->byte_count;
     uint64_t most = bytes * IMPLICIT_POINTS_A_BYTE;
     if (most < IMPLICIT_POINTS_MIN) most = IMPLICIT_POINTS_MIN;
-    if (s->grid->point_count > most)
+    if (s->point_count > most)
         return tl_fail(s->file->ctx, TL_ERR_FORMAT, "%llu points in a file of %llu bytes can't be",
-                       (unsigned long long)s->grid->point_count, (unsigned long long)bytes);
-    return fill_lattice(s, NULL);
+                       (unsigned long long)s->point_count, (unsigned long long)bytes);
+    return TL_OK;
 }
 
 /* The three coordinate arrays of a piece, in the order of the axes. */
-static tl_status open_axes(const structure *s, const tli_vx_piece *piece, tli_vx_array *axes[3])
+static tl_status open_axes(const tli_vx_structure *s, const tli_vx_piece *piece,
+                           tli_vx_array *axes[3])
 {
     tl_status st = TL_OK;
     int found = 0;
@@ -190,31 +183,27 @@ static tl_status open_axes(const structure *s, const tli_vx_piece *piece, tli_vx
     return st;
 }
 
-static tl_status read_rectilinear_points(structure *s)
+static tl_status read_axes(tli_vx_structure *s)
 {
-    tl_ctx *ctx = s->file->ctx;
     tli_vx_array *arrays[3];
-    double *axes[3] = {NULL, NULL, NULL};
     tl_status st = TL_OK;
     for (size_t p = 0; !st && p < s->file->piece_count; p++)
         st = open_axes(s, &s->file->pieces[p], arrays);
     for (int axis = 0; axis < 3; axis++)
-        axes[axis] = tl_mem_zalloc(ctx, (size_t)s->dims[axis], sizeof(double), &st);
+        s->axes[axis] = tl_mem_zalloc(s->file->ctx, (size_t)s->dims[axis], sizeof(double), &st);
     for (size_t p = 0; !st && p < s->file->piece_count; p++) {
         uint64_t place[3], counts[3];
         place_piece(s, &s->file->pieces[p], place, counts);
         st = open_axes(s, &s->file->pieces[p], arrays);
         for (int axis = 0; !st && axis < 3; axis++) {
-            tli_vx_target target = {.f64 = axes[axis] + place[axis]};
+            tli_vx_target target = {.f64 = s->axes[axis] + place[axis]};
             st = tli_vx_read(s->file, arrays[axis], counts[axis], &target);
         }
     }
-    if (!st) st = fill_lattice(s, axes);
-    for (int axis = 0; axis < 3; axis++) tl_mem_free(ctx, axes[axis]);
     return st;
 }
 
-static tl_status read_structured_points(structure *s)
+static tl_status open_points(const tli_vx_structure *s)
 {
     tl_status st = TL_OK;
     for (size_t p = 0; !st && p < s->file->piece_count; p++) {
@@ -226,8 +215,15 @@ static tl_status read_structured_points(structure *s)
                            (unsigned long long)piece->ofs);
         st = tli_vx_open_expecting(s->file, points, 3 * piece->point_count);
     }
-    s->grid->xyz =
-        tl_mem_zalloc(s->file->ctx, (size_t)s->grid->point_count, 3 * sizeof(double), &st);
+    return st;
+}
+
+static tl_status read_points(tli_vx_structure *s)
+{
+    tl_status st = TL_OK;
+    const bool is_lattice = s->file->kind != TLI_VX_STRUCTURED;
+    s->grid->xyz = tl_mem_zalloc(s->file->ctx, (size_t)s->point_count, 3 * sizeof(double), &st);
+    if (!st && is_lattice) return fill_lattice(s, 0, s->point_count, s->grid->xyz);
     for (size_t p = 0; !st && p < s->file->piece_count; p++) {
         const tli_vx_piece *piece = &s->file->pieces[p];
         uint64_t place[3], counts[3];
@@ -238,18 +234,39 @@ static tl_status read_structured_points(structure *s)
     return st;
 }
 
+tl_status tli_vx_structure_open(tli_vx_structure *s)
+{
+    tl_status st = find_box(s);
+    if (!st) st = check_flat(s);
+    if (st) return st;
+    switch (s->file->kind) {
+    case TLI_VX_IMAGE: return check_image(s);
+    case TLI_VX_RECTILINEAR: return read_axes(s);
+    default: return open_points(s);
+    }
+}
+
+void tli_vx_structure_close(tli_vx_structure *s)
+{
+    for (int axis = 0; axis < 3; axis++) tl_mem_free(s->file->ctx, s->axes[axis]);
+}
+
+tl_status tli_vx_structure_points(const tli_vx_structure *s, uint64_t first, uint64_t count,
+                                  double *xyz)
+{
+    if (s->file->kind != TLI_VX_STRUCTURED) return fill_lattice(s, first, count, xyz);
+    tli_vx_target target = {.f64 = xyz};
+    return tli_vx_read_part(s->file, tli_vx_find(s->file, s->file->pieces, TLI_VX_POINTS, NULL),
+                            3 * first, 3 * count, &target);
+}
+
 tl_status tli_vx_read_structured(tli_vx_file *file, tli_grid *grid)
 {
-    structure s = {.file = file, .grid = grid};
+    tli_vx_structure s = {.file = file, .grid = grid};
     if (file->piece_count == 0) return TL_OK;
-    tl_status st = find_box(&s);
-    if (!st) st = check_flat(&s);
-    if (st) return st;
-    switch (file->kind) {
-    case TLI_VX_IMAGE: st = read_image_points(&s); break;
-    case TLI_VX_RECTILINEAR: st = read_rectilinear_points(&s); break;
-    default: st = read_structured_points(&s);
-    }
+    tl_status st = tli_vx_structure_open(&s);
+    if (!st) st = read_points(&s);
+    tli_vx_structure_close(&s);
     if (!st) st = mark_blanks(&s);
     if (!st) st = add_block(&s);
     return st ? st : tli_vx_fields_read(file, s.box, grid);
