@@ -8,6 +8,7 @@
 
 enum {
     WALK_STEPS = 128,
+    SETTLE_STEPS = 16,
     RING_TETS = 256 /* tets around a point that are searched for a value before all are */
 };
 /* A weight down to this counts as on the face. */
@@ -63,6 +64,34 @@ static void clamp_weights(double w[4])
     for (int i = 0; i < 4; i++) w[i] /= sum;
 }
 
+/* Where the walk ended at the boundary: from tet to tet as long as that is nearer. Fine if that ends
+ * no farther than what is promised of the boundary anyway. */
+static bool settle(const tli_carrier *c, const double x[3], tl_lidx *tet, double w[4],
+                   double *distance)
+{
+    double p[4][3], reach = fmax(c->errors->surface, c->plan->position_error);
+    bool nearer = true;
+    tli_tet_corners(c->mesh->xyz, c->mesh->tets + 4 * (size_t)*tet, p);
+    *distance = tl_tet_nearest(TLI_CORNERS(p), x, w);
+    for (int step = 0; step < SETTLE_STEPS && nearer && *distance > 0; step++) {
+        tl_lidx at = *tet;
+        nearer = false;
+        for (size_t f = 0; f < 4; f++) {
+            tl_lidx o = c->opposite[4 * (size_t)at + f];
+            double v[4];
+            if (o == TL_NONE) continue;
+            tli_tet_corners(c->mesh->xyz, c->mesh->tets + 4 * (size_t)(o / 4), p);
+            double d = tl_tet_nearest(TLI_CORNERS(p), x, v);
+            if (!(d < *distance)) continue;
+            nearer = true;
+            *distance = d;
+            *tet = o / 4;
+            memcpy(w, v, sizeof v);
+        }
+    }
+    return !nearer && *distance <= reach;
+}
+
 tl_status tli_carrier_locate(tli_carrier *c, const double x[3], tl_lidx hint, tl_lidx *tet,
                              double w[4], double *distance)
 {
@@ -73,6 +102,7 @@ tl_status tli_carrier_locate(tli_carrier *c, const double x[3], tl_lidx hint, tl
         clamp_weights(w);
         return TL_OK;
     }
+    if (hint != TL_NONE && settle(c, x, tet, w, distance)) return TL_OK;
     if (!c->locator) st = tl_locator_create(c->ctx, c->mesh, c->opposite, &c->locator);
     if (!st) *tet = tl_locator_nearest(c->locator, x, TL_NONE, w, distance);
     if (!st && *tet == TL_NONE)

@@ -8,7 +8,8 @@
 
 #include "model/model.h"
 
-enum { SAMPLE = 12 };
+/* Segments of the sample at the finest level, and at others. */
+enum { SAMPLE_FINEST = 10, SAMPLE = 6 };
 /* A level that leaves more than this part of the tets is not worth having. */
 static const double TOO_MUCH_LEFT = 0.95;
 /* How far the first level's boundary may be off, in diagonals; the next ones twice as far each. */
@@ -59,7 +60,8 @@ static tl_status find_cost(level_job *j)
     tl_status st = TL_OK;
     j->level->cost_max = (double)INFINITY;
     if (j->count < 2) return TL_OK;
-    j->sample = j->count < SAMPLE ? j->count : SAMPLE;
+    size_t sample = j->level->level == 0 ? SAMPLE_FINEST : SAMPLE;
+    j->sample = j->count < sample ? j->count : sample;
     size_t count = j->sample * TLI_CURVE_POINTS;
     j->slices = tl_mem_alloc(j->level->model->ctx, count, sizeof *j->slices, &st);
     if (!st) st = tli_parallel(j->level->model->ctx, j->sample, 1, probe, j);

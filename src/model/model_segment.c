@@ -233,6 +233,14 @@ static tl_status deal(job *j)
     return st;
 }
 
+/* What the collapses say of the boundary. */
+static void note_surface(job *j)
+{
+    for (size_t v = 0; v < j->piece.mesh->vert_count; v++)
+        j->product->errors.surface =
+            fmax(j->product->errors.surface, (double)j->piece.surface_bounds[v]);
+}
+
 static tl_status write_patches(job *j)
 {
     const tl_mesh *mesh = j->piece.mesh;
@@ -247,8 +255,6 @@ static tl_status write_patches(job *j)
         ids[v] = j->weld.ids[j->piece.origins[v]];
         outside[v] = j->weld.locked[j->piece.origins[v]];
         twins[v] = j->weld.twins[j->piece.origins[v]];
-        if ((double)j->piece.surface_bounds[v] > p->errors.surface)
-            p->errors.surface = (double)j->piece.surface_bounds[v];
     }
     if (!st)
         st = tli_split(j->ctx, mesh->xyz, mesh->tets, mesh->tet_count, j->plan->opts.patch_tets,
@@ -307,6 +313,7 @@ tl_status tli_segment_process(tl_ctx *ctx, const tli_level *level, const tli_seg
     }
     if (!st) st = tl_mesh_adjacency(ctx, j.piece.mesh, &j.opposite, NULL);
     j.carrier = (tli_carrier){ctx, j.plan, j.piece.mesh, j.opposite, NULL, &product->errors};
+    if (!st) note_surface(&j);
     if (!st) st = set_values(&j);
     if (!st) st = write_patches(&j);
     if (!st) st = deal(&j);
