@@ -129,7 +129,7 @@ static tli_match match_vtkhdf(const tli_source *source)
 
 const tli_reader tli_readers[] = {
     {{"CGNS",
-      "zones of flow solvers with solutions and boundary conditions, in ADF; in HDF5 needs HDF5",
+      "zones of flow solvers with solutions and boundary conditions; that in HDF5 needs HDF5",
       ".cgns", NULL, .reads = true, .series = true},
      tli_match_cgns,
      tli_read_cgns,
