@@ -182,6 +182,31 @@ static void test_meshes(void **state)
     tl_ctx_destroy(ctx);
 }
 
+/* Faces of three tets and more, over several segments: no opposites, as in the mesh as a whole. */
+static void test_soup(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = make_ctx(2);
+    make_mesh m = make_soup(60, 3000, 5);
+    tl_mesh *mesh = make_object(ctx, &m, slope);
+    tl_lidx *opposite = NULL;
+    size_t nonmanifold = 0;
+    CHECK_OK(ctx, tl_mesh_adjacency(ctx, mesh, &opposite, &nonmanifold));
+    CHECK(nonmanifold > 100);
+    tl_mem_free(ctx, opposite);
+    tl_segment_opts opts = tl_segment_opts_defaults();
+    opts.segment_tets = 100;
+    tl_segments *segments = NULL;
+    CHECK_OK(ctx, tl_segments_build_mesh(ctx, mesh, &opts, NULL, &segments));
+    CHECK(tl_segments_count(segments) > 3);
+    check_opposites(ctx, segments, mesh);
+    CHECK_OK(ctx, tl_segments_check(ctx, segments, TL_CHECK_FULL));
+    tl_segments_destroy(segments);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
 /* ---- files ---- */
 
 static void test_file(void **state)
@@ -372,9 +397,9 @@ static void test_balance(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_meshes),  cmocka_unit_test(test_file),
-        cmocka_unit_test(test_volumes), cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_meshes),     cmocka_unit_test(test_soup),
+        cmocka_unit_test(test_file),       cmocka_unit_test(test_volumes),
+        cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_balance),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -10,7 +10,7 @@
 
 /* Segments that are loaded at once, for each thread. */
 #define BATCH_A_THREAD 2u
-/* Slots of the table at first; a power of 2. */
+/* Slots of the table at first. */
 #define SLOTS_MIN 4096u
 
 /* A face that may lie between segments. */
@@ -19,12 +19,13 @@ typedef struct border_face {
     uint32_t segment, face; /* 4 * tet + face */
 } border_face;
 
-typedef struct waiting {
-    border_face first;
-    uint32_t other_segment, other_face; /* TL_NONE: nothing yet */
-    bool is_many;                       /* a third one came */
-    bool is_used;
-} waiting;
+/* What has met, and so often, stands in the upper bits of the face of what came first. */
+#define FACE_BITS 18u
+#define MET (1u << FACE_BITS)
+#define MANY (2u << FACE_BITS)
+
+/* A face in the table; segment TL_NONE: none. */
+typedef border_face waiting;
 
 /* What is set when a segment is released. */
 typedef struct match {
@@ -141,10 +142,16 @@ static size_t slot_of(const adjacency *a, const uint32_t ids[3])
     uint64_t hash = ids[0] * 0x9e3779b97f4a7c15u;
     hash = (hash ^ hash >> 32 ^ ids[1]) * 0xbf58476d1ce4e5b9u;
     hash = (hash ^ hash >> 32 ^ ids[2]) * 0x94d049bb133111ebu;
-    size_t slot = (size_t)(hash >> 20) & (a->slot_count - 1);
-    while (a->slots[slot].is_used && memcmp(a->slots[slot].first.ids, ids, 3 * sizeof *ids) != 0)
-        slot = (slot + 1) & (a->slot_count - 1);
+    size_t slot = (size_t)((hash >> 32) * a->slot_count >> 32); /* below 2^32 slots */
+    while (a->slots[slot].segment != TL_NONE &&
+           memcmp(a->slots[slot].ids, ids, 3 * sizeof *ids) != 0)
+        slot = slot + 1 < a->slot_count ? slot + 1 : 0;
     return slot;
+}
+
+static bool is_alive(const adjacency *a, const waiting *w)
+{
+    return w->segment != TL_NONE && !a->released[w->segment];
 }
 
 /* A table without what can't meet anything any more, half full at most. */
@@ -153,18 +160,18 @@ static tl_status rebuild(adjacency *a)
     tl_status st = TL_OK;
     waiting *old = a->slots;
     size_t old_count = a->slot_count, kept = 0;
-    for (size_t i = 0; i < old_count; i++)
-        kept += old[i].is_used && !a->released[old[i].first.segment];
-    size_t count = SLOTS_MIN;
-    while (count < 2 * kept) count *= 2;
-    waiting *slots = tl_mem_zalloc(a->ctx, count, sizeof *slots, &st);
+    for (size_t i = 0; i < old_count; i++) kept += is_alive(a, &old[i]);
+    size_t count = 2 * kept > SLOTS_MIN ? 2 * kept : SLOTS_MIN;
+    if (count > UINT32_MAX)
+        return tl_fail(a->ctx, TL_ERR_UNSUPPORTED, "%zu faces wait between segments", kept);
+    waiting *slots = tl_mem_alloc(a->ctx, count, sizeof *slots, &st);
     if (st) return st;
+    for (size_t i = 0; i < count; i++) slots[i].segment = TL_NONE;
     a->slots = slots;
     a->slot_count = count;
     a->used = kept;
     for (size_t i = 0; i < old_count; i++)
-        if (old[i].is_used && !a->released[old[i].first.segment])
-            a->slots[slot_of(a, old[i].first.ids)] = old[i];
+        if (is_alive(a, &old[i])) a->slots[slot_of(a, old[i].ids)] = old[i];
     tl_mem_free(a->ctx, old);
     return TL_OK;
 }
@@ -184,35 +191,48 @@ static tl_status set_opposite(adjacency *a, uint32_t segment, uint32_t face, uin
 
 static uint32_t pack_opposite(const adjacency *a, uint32_t from, uint32_t segment, uint32_t face)
 {
-    return tli_segment_slot(a->s, from, segment) << 18 | face;
+    return tli_segment_slot(a->s, from, segment) << FACE_BITS | face;
+}
+
+/* The third face of its vertices: the first two lose each other. The one that met the first stands
+ * in the list of the first one's segment. */
+static tl_status part(adjacency *a, uint32_t segment, uint32_t face)
+{
+    const match_list *list = &a->lists[segment];
+    uint32_t i = list->count;
+    while (i && list->items[i - 1].face != face) i--;
+    TL_ASSERT(i > 0);
+    const uint32_t opposite = list->items[i - 1].opposite, slot = opposite >> FACE_BITS;
+    const tli_segment_entry *entry = &a->s->entries[segment];
+    const uint32_t other = slot ? a->s->neighbours[entry->first_neighbour + slot - 1] : segment;
+    tl_status st = set_opposite(a, segment, face, TL_OPPOSITE_NONE);
+    return st ? st : set_opposite(a, other, opposite & (MET - 1), TL_OPPOSITE_NONE);
 }
 
 /* A face meets what waits for it, or waits. */
 static tl_status meet(adjacency *a, const border_face *face)
 {
     tl_status st = TL_OK;
-    if (4 * (a->used + 1) > 3 * a->slot_count) st = rebuild(a);
+    if (5 * (a->used + 1) > 4 * a->slot_count) st = rebuild(a);
     if (st) return st;
     waiting *w = &a->slots[slot_of(a, face->ids)];
-    if (!w->is_used) {
-        *w = (waiting){.first = *face, .other_segment = TL_NONE, .is_used = true};
+    if (w->segment == TL_NONE) {
+        *w = *face;
         a->used++;
         return TL_OK;
     }
-    const border_face *first = &w->first;
-    if (w->is_many) return TL_OK; /* stays without an opposite */
-    if (w->other_segment == TL_NONE) {
-        w->other_segment = face->segment;
-        w->other_face = face->face;
-        st = set_opposite(a, face->segment, face->face,
-                          pack_opposite(a, face->segment, first->segment, first->face));
-        return st ? st
-                  : set_opposite(a, first->segment, first->face,
-                                 pack_opposite(a, first->segment, face->segment, face->face));
+    const uint32_t first = w->face & (MET - 1);
+    if (w->face & MANY) return TL_OK; /* stays without an opposite */
+    if (w->face & MET) {
+        w->face |= MANY;
+        return part(a, w->segment, first);
     }
-    w->is_many = true;
-    st = set_opposite(a, first->segment, first->face, TL_OPPOSITE_NONE);
-    return st ? st : set_opposite(a, w->other_segment, w->other_face, TL_OPPOSITE_NONE);
+    w->face |= MET;
+    st = set_opposite(a, face->segment, face->face,
+                      pack_opposite(a, face->segment, w->segment, first));
+    return st ? st
+              : set_opposite(a, w->segment, first,
+                             pack_opposite(a, w->segment, face->segment, face->face));
 }
 
 /* ---- the stream ---- */
