@@ -41,7 +41,7 @@ tl_status tli_cells_reserve(tli_cells *cells, uint64_t cell_count, uint64_t inde
         if (cells->count == 0) cells->offsets[0] = 0;
     }
     wanted = cells->index_count + index_count;
-    if (wanted > cells->index_capacity) {
+    if (wanted > cells->index_capacity || !cells->connectivity) {
         uint64_t room = grown(cells->index_capacity, wanted);
         cells->connectivity = tl_mem_resize(cells->ctx, cells->connectivity, (size_t)room,
                                             sizeof *cells->connectivity, &st);

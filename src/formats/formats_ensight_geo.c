@@ -117,6 +117,7 @@ static tl_status read_all_points(tli_ensight_geo *geo, tli_scan *scan)
 {
     uint64_t count = 0;
     const bool ids = geo->has_node_ids;
+    if (geo->grid->xyz) return tli_scan_fail(scan, "a second list of points");
     tl_status st = tli_ensight_count(scan, "points", 3u + ids, &count);
     if (!st) st = grow_points(geo, count);
     uint64_t *numbers = ids ? tl_mem_zalloc(geo->ctx, (size_t)count, sizeof *numbers, &st) : NULL;

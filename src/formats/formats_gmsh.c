@@ -89,7 +89,7 @@ static tl_status read_format(tli_gmsh *g)
     if (!st) st = tli_scan_int(&g->scan, "the kind of file, 0 text or 1 binary", 0, 1, &binary);
     if (!st) st = tli_scan_int(&g->scan, "the size of a number", 4, 8, &size);
     if (st) return st;
-    g->version = (int)(10 * version + 0.5);
+    g->version = version > 0 && version < 10 ? (int)(10 * version + 0.5) : 0;
     if (g->version >= 20 && g->version <= 22) g->version = 22;
     if (g->version != 22 && g->version != 40 && g->version != 41)
         return tl_fail(g->ctx, TL_ERR_UNSUPPORTED,
@@ -113,9 +113,9 @@ static tl_status read_format(tli_gmsh *g)
 static tl_status read_names(tli_gmsh *g)
 {
     int64_t count = 0;
+    if (g->names) return tli_scan_fail(&g->scan, "$PhysicalNames stand twice in the file");
     tl_status st = tli_scan_int(&g->scan, "the number of names", 0, INT32_MAX, &count);
     if (!st) st = tli_scan_room(&g->scan, "names", (uint64_t)count, 7); /* 0 1 "" */
-    if (!st && g->names) st = tli_scan_fail(&g->scan, "$PhysicalNames stand twice in the file");
     g->names = tl_mem_alloc(g->ctx, (size_t)count, sizeof *g->names, &st);
     for (int64_t i = 0; !st && i < count; i++) {
         tli_gmsh_name *name = &g->names[i];

@@ -154,6 +154,7 @@ static tl_status read_coding(header *h, tli_span value)
 
 static tl_status read_dimension(header *h, tli_span value)
 {
+    if (h->axes) return tli_scan_fail(&h->scan, "dimension stands twice in the header");
     if (!tli_span_i64s(value, &h->axes, 1) || h->axes < 1 || h->axes > AXES_MAX) {
         h->axes = 0;
         return tli_scan_fail(&h->scan, "dimension: expected 1 to %d", AXES_MAX);
