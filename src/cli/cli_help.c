@@ -9,7 +9,7 @@
 #define HELP_INDENT 28
 
 static const char *const ABOUT =
-    "tetralod makes tetrahedral volume meshes smaller at a known error.";
+    "tetralod shows tetrahedral volume meshes at any level of detail, at a known error.";
 static const char *const RULES =
     "Results go to stdout, messages to stderr. Exit status: 0 done, 1 failed, 2 wrong use.";
 

@@ -64,8 +64,8 @@ static void clamp_weights(double w[4])
     for (int i = 0; i < 4; i++) w[i] /= sum;
 }
 
-/* Where the walk ended at the boundary: from tet to tet as long as that is nearer. Fine if that ends
- * no farther than what is promised of the boundary anyway. */
+/* Where the walk ended at the boundary: from tet to tet as long as that is nearer. Fine if that
+ * ends no farther than what is promised of the boundary anyway. */
 static bool settle(const tli_carrier *c, const double x[3], tl_lidx *tet, double w[4],
                    double *distance)
 {
