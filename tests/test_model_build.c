@@ -86,9 +86,9 @@ static void check_all(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opt
     for (uint32_t l = 0; l < head->level_count; l++) check_level(ctx, mesh, store, l);
     tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
     tl_cut_check_result found;
-    cuts.cuts = 24;
+    cuts.cuts = 8;
     CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, &cuts, &found));
-    CHECK_EQ(found.cuts_tried, 24);
+    CHECK_EQ(found.cuts_tried, 8);
     CHECK_BOUND("nearest promise", found.channels[0].measured, found.channels[0].promised);
     CHECK(found.channels[0].measured > 0);
     tl_cut_check_release(ctx, &found);
@@ -104,18 +104,20 @@ static void test_other_data(void **state)
     tl_mesh *mesh = make_object(ctx, &m, bumps);
     tl_build_opts opts = check_model_opts(1000, 200);
     tl_store *store = build(ctx, mesh, &opts, "other");
+    tl_cut_check_opts four = tl_cut_check_opts_defaults();
+    four.cuts = 4;
     tl_cut_check_result found;
-    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, NULL, &found));
+    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, &four, &found));
     tl_cut_check_release(ctx, &found);
     double *values = (double *)(uintptr_t)tl_mesh_channel(mesh, 0)->values;
     values[100] += 10;
-    CHECK_STATUS(tl_cut_check(ctx, store, mesh, NULL, &found), TL_ERR_DATA);
+    CHECK_STATUS(tl_cut_check(ctx, store, mesh, &four, &found), TL_ERR_DATA);
     CHECK(strstr(tl_ctx_message(ctx), "vertex 100") != NULL);
     tl_mesh_destroy(mesh);
     make_release(&m);
     m = make_grid(8);
     mesh = make_object(ctx, &m, bumps);
-    CHECK_STATUS(tl_cut_check(ctx, store, mesh, NULL, &found), TL_ERR_DATA);
+    CHECK_STATUS(tl_cut_check(ctx, store, mesh, &four, &found), TL_ERR_DATA);
     CHECK(strstr(tl_ctx_message(ctx), "another data set") != NULL);
     drop(store, "other");
     tl_mesh_destroy(mesh);
@@ -127,9 +129,9 @@ static void test_grid(void **state)
 {
     (void)state;
     tl_ctx *ctx = ctx_create(2);
-    make_mesh m = make_grid(15);
+    make_mesh m = make_grid(12);
     tl_mesh *mesh = make_object(ctx, &m, bumps);
-    tl_build_opts opts = check_model_opts(3000, 400);
+    tl_build_opts opts = check_model_opts(1500, 250);
     check_all(ctx, mesh, &opts, "grid", 4);
     tl_mesh_destroy(mesh);
     make_release(&m);
@@ -140,12 +142,12 @@ static void test_rough(void **state)
 {
     (void)state;
     tl_ctx *ctx = ctx_create(2);
-    make_mesh m = make_grid_cavity(13);
-    make_perturb(&m, 0.1 / 12 * 0.9, 7);
+    make_mesh m = make_grid_cavity(10);
+    make_perturb(&m, 0.1 / 9 * 0.9, 7);
     make_shuffle(&m, 8);
     make_two_regions(&m);
     tl_mesh *mesh = make_object(ctx, &m, bumps);
-    tl_build_opts opts = check_model_opts(2000, 300);
+    tl_build_opts opts = check_model_opts(1000, 200);
     check_all(ctx, mesh, &opts, "rough", 3);
     opts.lossless = true;
     check_all(ctx, mesh, &opts, "lossless", 3);
@@ -171,14 +173,14 @@ static uint8_t *read_file(const char *path, size_t *bytes)
 static void test_threads(void **state)
 {
     (void)state;
-    make_mesh m = make_grid(14);
+    make_mesh m = make_grid(11);
     make_perturb(&m, 0.005, 3);
     uint8_t *first = NULL;
     size_t first_bytes = 0;
     for (unsigned threads = 1; threads <= 3; threads++) {
         tl_ctx *ctx = ctx_create(threads);
         tl_mesh *mesh = make_object(ctx, &m, bumps);
-        tl_build_opts opts = check_model_opts(2500, 350);
+        tl_build_opts opts = check_model_opts(1200, 200);
         tl_build_result result;
         size_t bytes;
         CHECK_OK(ctx, tl_model_build_mesh(ctx, mesh, check_model_path("threads"), &opts, &result));
