@@ -5,7 +5,7 @@
 #include "model/model.h"
 
 /* Sizes that did best by measurement: docs/notes/2026-11-22-model.md */
-enum { SEGMENT_TETS = 65536, PATCH_TETS = 4096 };
+enum { SEGMENT_TETS = 49152, PATCH_TETS = 4096 };
 /* Components that can steer a simplification. */
 enum { COMPONENTS_MAX = 256 };
 /* Vectors whose lengths differ by less than this part of the widest range of a component count as
