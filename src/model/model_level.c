@@ -10,6 +10,8 @@
 
 /* Segments of the sample at the finest level, and at others. */
 enum { SAMPLE_FINEST = 10, SAMPLE = 6 };
+/* Segments for each thread between reports of progress. */
+enum { WINDOW = 12 };
 /* A level that leaves more than this part of the tets is not worth having. */
 static const double TOO_MUCH_LEFT = 0.95;
 /* How far the first level's boundary may be off, in diagonals; the next ones twice as far each. */
@@ -35,6 +37,7 @@ typedef struct level_job {
     slice *slices; /* of the sample */
     size_t sample;
     tli_product *products; /* [count] */
+    size_t first;          /* segment of the window that is processed */
 } level_job;
 
 static tl_status probe(void *arg, size_t begin, size_t end, unsigned worker)
@@ -87,9 +90,24 @@ static tl_status process(void *arg, size_t begin, size_t end, unsigned worker)
     tl_ctx *ctx = NULL;
     tl_status st = tli_ctx_fork(j->level->model->ctx, &ctx);
     (void)worker;
-    for (size_t i = begin; !st && i < end; i++)
+    for (size_t i = j->first + begin; !st && i < j->first + end; i++)
         st = tli_segment_process(ctx, j->level, &j->segments[i], &j->products[i]);
     return tli_ctx_join(j->level->model->ctx, ctx, st);
+}
+
+/* All segments, in windows between which progress is told: large enough to keep all threads busy.
+ */
+static tl_status process_windows(level_job *j)
+{
+    tl_status st = TL_OK;
+    tl_ctx *ctx = j->level->model->ctx;
+    size_t window = WINDOW * tl_ctx_thread_count(ctx);
+    for (j->first = 0; !st && j->first < j->count; j->first += window) {
+        size_t left = j->count - j->first;
+        st = tl_progress(ctx, "simplify", j->first, j->count);
+        if (!st) st = tli_parallel(ctx, left < window ? left : window, 1, process, j);
+    }
+    return st ? st : tl_progress(ctx, "simplify", j->count, j->count);
 }
 
 /* The segments of a level with their input patches, which stay in the order they have. */
@@ -177,7 +195,7 @@ static tl_status process_all(level_job *j, bool *more)
         level->boundary_error = bound < most ? bound : most;
         tli_depot_clear(m->carried[(level->level + 1) & 1]);
         st = find_cost(j);
-        if (!st) st = tli_parallel(m->ctx, j->count, 1, process, j);
+        if (!st) st = process_windows(j);
         for (size_t s = 0; !st && s < j->count; s++) {
             in += j->products[s].input_tets;
             out += j->products[s].output_tets;
