@@ -162,6 +162,7 @@ static void test_welded(void **state)
     const size_t only = OWNER, none = CHANNELS;
     CHECK_OK(ctx, tl_cut_mesh(cut, &only, 1, &slim));
     CHECK_EQ(tl_mesh_channel_count(slim), 1);
+    tl_mesh_destroy(slim);
     CHECK_STATUS(tl_cut_mesh(cut, &none, 1, &slim), TL_ERR_ARG);
     CHECK(!slim);
     tl_mem_free(ctx, faces);
