@@ -198,12 +198,12 @@ static int write_one_channel(bench_state *state, const tl_mesh *mesh, bench_data
 }
 
 /* A bench that takes files as they are, whatever their size. */
-static int bench_plain_file(bench_state *state, const char *name, const char *path)
+static int bench_plain_file(bench_state *state, bench_fn bench, const char *name, const char *path)
 {
     bench_data data = {0};
     snprintf(data.name, sizeof data.name, "%s", name);
     snprintf(data.path, sizeof data.path, "%s", path);
-    int exit_status = bench_segment(state, &data);
+    int exit_status = bench(state, &data);
     cli_progress_clear(&state->session->progress);
     cli_drop_notes(state->session); /* each run says the same */
     return exit_status;
@@ -214,7 +214,8 @@ static int bench_file(bench_state *state, bench_fn bench, const char *name, cons
 {
     cli_input input;
     bench_data data = {0};
-    if (bench == bench_segment) return bench_plain_file(state, name, path);
+    if (bench == bench_segment || bench == bench_build)
+        return bench_plain_file(state, bench, name, path);
     int exit_status = cli_open_volume(state->session, state->session->ctx, path, &input);
     if (exit_status) return exit_status;
     snprintf(data.name, sizeof data.name, "%s", name);
@@ -311,6 +312,7 @@ static const struct {
      bench_segment, false},
     {"codec", "bits and CPU time of the codec, one thread, by size of the patches", bench_codec,
      false},
+    {"build", "models: speed, memory and size, by size of the segments", bench_build, false},
     {"cut", "a model: opening it, moving its cut, extracting meshes", bench_cut, true},
 };
 enum { BENCH_COUNT = sizeof BENCHES / sizeof *BENCHES };

@@ -35,6 +35,8 @@ int bench_mesh(bench_state *state, const bench_data *data);
 int bench_simplify(bench_state *state, const bench_data *data);
 /* Of the file as it is: only name and path of data are set. */
 int bench_segment(bench_state *state, const bench_data *data);
+/* Of the file as it is, too. */
+int bench_build(bench_state *state, const bench_data *data);
 int bench_codec(bench_state *state, const bench_data *data);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);
