@@ -87,7 +87,16 @@ typedef struct bad_job {
     uint8_t *bad;
 } bad_job;
 
-/* Flat, turned and infinite tets, and those that lie on a neighbour. */
+static bool has_values(const tli_work *w, tl_lidx v)
+{
+    const double *row = w->values + v * w->components;
+    for (size_t i = 0; i < w->components; i++)
+        if (!isfinite(row[i])) return false;
+    return true;
+}
+
+/* Flat, turned and infinite tets, those that lie on a neighbour, and those with a corner without a
+ * value: if they grew, places that have values would lose them. */
 static tl_status find_bad_tets(void *arg, size_t begin, size_t end, unsigned worker)
 {
     bad_job *job = arg;
@@ -99,6 +108,7 @@ static tl_status find_bad_tets(void *arg, size_t begin, size_t end, unsigned wor
         bool fine = true;
         for (int i = 0; i < 4; i++) p[i] = w->verts[q[i]].xyz;
         for (int i = 0; i < 4; i++) fine = fine && isfinite(p[i][0] + p[i][1] + p[i][2]);
+        for (int i = 0; i < 4; i++) fine = fine && has_values(w, q[i]);
         fine = fine && tli_orient3d(p[0], p[1], p[2], p[3]) > 0;
         for (unsigned f = 0; fine && f < 4; f++) {
             tl_lidx o = job->opposite[4 * t + f];
@@ -117,12 +127,6 @@ static tl_status freeze_bad_tets(tli_work *w, const tl_lidx *opposite)
     for (size_t t = 0; !st && t < w->tet_count; t++)
         for (int i = 0; job.bad[t] && i < 4; i++) freeze(w, w->tets[t][i]);
     tl_mem_free(w->ctx, job.bad);
-    for (size_t v = 0; v < w->vert_count; v++) {
-        bool fine = true;
-        for (size_t i = 0; fine && i < w->components; i++)
-            fine = isfinite(w->values[v * w->components + i]);
-        if (!fine) freeze(w, (tl_lidx)v);
-    }
     return st;
 }
 
