@@ -278,12 +278,79 @@ static void test_channels(void **state)
     ctx_destroy(ctx);
 }
 
+/* The mesh with one value changed must be refused with these words. */
+static void refuse(tl_ctx *ctx, const tl_mesh *mesh, const char *words)
+{
+    tl_build_opts opts = check_model_opts(1000, 200);
+    tl_build_result result;
+    CHECK_STATUS(tl_model_build_mesh(ctx, mesh, check_model_path("refuse"), &opts, &result),
+                 TL_ERR_DATA);
+    CHECK(strstr(tl_ctx_message(ctx), words) != NULL);
+    CHECK(access(check_model_path("refuse"), F_OK) != 0);
+}
+
+/* Numbers that no promise can be computed of. */
+static void test_numbers_beyond(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create(2);
+    const struct {
+        double place, value, scale;
+        const char *words;
+    } cases[] = {{(double)NAN, 1, 1, "no finite numbers"},
+                 {(double)INFINITY, 1, 1, "no finite numbers"},
+                 {1e120, 1, 1, "coordinates of up to 1e+120"},
+                 {0.5, 1, 1e-90, "wide"},
+                 {0.5, -1e200, 1, "'f' has values of up to 1e+200"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        make_mesh n = make_grid(5);
+        for (size_t k = 0; k < 3 * n.vert_count; k++) n.xyz[k] *= cases[i].scale;
+        if (cases[i].scale == 1) n.xyz[3 * 62] = cases[i].place;
+        tl_mesh *mesh = make_object(ctx, &n, NULL);
+        double *values = calloc(n.vert_count, sizeof *values);
+        values[7] = cases[i].value;
+        tl_channel channel = {"f", "", 1, TL_ON_VERTEX, TL_F64, values};
+        CHECK_OK(ctx, tl_mesh_add_channel(mesh, &channel));
+        refuse(ctx, mesh, cases[i].words);
+        free(values);
+        tl_mesh_destroy(mesh);
+        make_release(&n);
+    }
+    ctx_destroy(ctx);
+}
+
+/* Values that are not finite stay where they are, and every promise holds around them. */
+static void test_no_values(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = ctx_create(2);
+    make_mesh m = make_grid(11);
+    tl_mesh *mesh = make_object(ctx, &m, bumps);
+    double *values = (double *)(uintptr_t)tl_mesh_channel(mesh, 0)->values;
+    values[3] = (double)INFINITY;
+    values[100] = (double)-INFINITY;
+    values[5 + 11 * (5 + 11 * 5)] = (double)NAN;
+    tl_build_opts opts = check_model_opts(600, 150);
+    tl_store *store = build(ctx, mesh, &opts, "no_values");
+    tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
+    tl_cut_check_result found;
+    cuts.cuts = 24;
+    CHECK(tl_store_get_head(store)->level_count > 2);
+    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, &cuts, &found));
+    tl_cut_check_release(ctx, &found);
+    drop(store, "no_values");
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    ctx_destroy(ctx);
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_grid),     cmocka_unit_test(test_rough),
-        cmocka_unit_test(test_threads),  cmocka_unit_test(test_odd),
-        cmocka_unit_test(test_channels), cmocka_unit_test(test_other_data),
+        cmocka_unit_test(test_grid),      cmocka_unit_test(test_rough),
+        cmocka_unit_test(test_threads),   cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_channels),  cmocka_unit_test(test_other_data),
+        cmocka_unit_test(test_no_values), cmocka_unit_test(test_numbers_beyond),
     };
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -40,7 +40,7 @@ typedef struct tli_plan {
     size_t field_count;
     size_t vert_comps, tet_comps;               /* of all channels on vertices, on tets */
     size_t source_vert_comps, source_tet_comps; /* of the input */
-    bool finite_places, float32_places;         /* of the input, all of them */
+    bool float32_places;                        /* of the input, all of them */
     size_t quadric_floats;
     bool has_regions;
     double bounds[6], diagonal;

@@ -252,7 +252,7 @@ tl_status tli_finest_agree(tli_finest *f, tli_plan *plan)
     tl_status st = TL_OK;
     tl_ctx *ctx = f->model->ctx;
     uint64_t end = tl_segments_id_end(f->segments);
-    if (plan->opts.lossless || !plan->finite_places) {
+    if (plan->opts.lossless) {
         keep_places(f, plan);
     } else {
         choose_steps(plan, &f->unit, &f->largest);

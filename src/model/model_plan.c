@@ -11,6 +11,10 @@ enum { COMPONENTS_MAX = 256 };
 /* Vectors whose lengths differ by less than this part of the widest range of a component count as
  * equally long. */
 static const double EQUAL_LENGTHS = 1e-3;
+/* In the unit of a channel: the square of a tensor's norm is still a number. */
+static const double VALUE_MAX = 1e150;
+/* In the unit of the mesh: between them signs are exact and volumes are numbers. */
+static const double PLACE_MAX = 1e100, WIDTH_MIN = 1e-80;
 
 tl_build_opts tl_build_opts_defaults(void)
 {
@@ -93,6 +97,32 @@ static tl_status set_field(tli_plan *p, const tl_segment_channel *c,
     return TL_OK;
 }
 
+/* Differences of places and of values are squared and multiplied. */
+static tl_status check_values(tl_ctx *ctx, const char *name, const tli_channel_survey *found)
+{
+    double largest = fmax(fabs(found->extent[0]), fabs(found->extent[1]));
+    if (largest <= VALUE_MAX) return TL_OK;
+    return tl_fail(ctx, TL_ERR_DATA, "channel '%s' has values of up to %g, expected at most %g",
+                   name, largest, VALUE_MAX);
+}
+
+static tl_status check_places(tl_ctx *ctx, const tli_survey *survey)
+{
+    double largest = 0, widest = 0;
+    for (int i = 0; i < 6; i++) largest = fmax(largest, fabs(survey->bounds[i]));
+    for (int k = 0; k < 3; k++)
+        widest = fmax(widest, survey->bounds[2 * k + 1] - survey->bounds[2 * k]);
+    if (!survey->is_finite)
+        return tl_fail(ctx, TL_ERR_DATA, "tets have vertices whose places are no finite numbers");
+    if (largest > PLACE_MAX)
+        return tl_fail(ctx, TL_ERR_DATA, "coordinates of up to %g, expected at most %g", largest,
+                       PLACE_MAX);
+    if (widest > 0 && widest < WIDTH_MIN)
+        return tl_fail(ctx, TL_ERR_DATA, "the mesh is %g wide, expected at least %g", widest,
+                       WIDTH_MIN);
+    return TL_OK;
+}
+
 static bool is_wanted(const tl_build_opts *o, const char *name)
 {
     for (size_t i = 0; i < o->channel_count; i++)
@@ -124,6 +154,8 @@ static tl_status set_fields(tli_plan *p, const tl_segments *segments, const tli_
     for (size_t i = 0; !st && i < count; i++) {
         const tl_segment_channel *c = tl_segments_channel(segments, i);
         if (!is_wanted(&p->opts, c->name)) continue;
+        st = check_values(p->ctx, c->name, &survey->channels[i]);
+        if (st) break;
         tli_field *f = &p->fields[p->field_count++];
         st = set_field(p, c, &survey->channels[i], f);
         if (st || c->on != TL_ON_VERTEX) continue;
@@ -144,7 +176,8 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
 {
     double square = 0;
     *p = (tli_plan){.ctx = ctx, .opts = *opts};
-    tl_status st = set_fields(p, segments, survey);
+    tl_status st = check_places(ctx, survey);
+    if (!st) st = set_fields(p, segments, survey);
     if (st) {
         tli_plan_release(p);
         return st;
@@ -155,7 +188,6 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
     p->source_tet_comps = tl_segments_components(segments, TL_ON_TET);
     p->quadric_floats = tli_piece_quadric_floats(p->vert_comps);
     p->has_regions = tl_segments_has_regions(segments);
-    p->finite_places = survey->is_finite;
     p->float32_places = survey->is_float32;
     memcpy(p->bounds, survey->bounds, sizeof p->bounds);
     for (int k = 0; k < 3; k++) {

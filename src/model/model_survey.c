@@ -42,12 +42,14 @@ static void survey_channel(const tl_segment_channel *c, const tl_segment *s, siz
     const double *row = (on_vertex ? s->values : s->tet_values) + c->first;
     for (size_t e = 0; e < count; e++, row += stride) {
         double sum = 0;
+        uint64_t nonfinite = 0;
         if (on_vertex && (s->links[e] & TL_LINK_COPY)) continue;
-        for (uint32_t k = 0; k < c->components; k++) sum += row[k] * row[k];
-        if (!isfinite(sum)) {
-            for (uint32_t k = 0; k < c->components; k++) to->nonfinite += !isfinite(row[k]);
-            continue;
+        for (uint32_t k = 0; k < c->components; k++) {
+            sum += row[k] * row[k]; /* may overflow: such values are refused */
+            nonfinite += !isfinite(row[k]);
         }
+        to->nonfinite += nonfinite;
+        if (nonfinite) continue;
         double norm = c->components == 1 ? row[0] : sqrt(sum);
         to->range[0] = fmin(to->range[0], norm);
         to->range[1] = fmax(to->range[1], norm);
