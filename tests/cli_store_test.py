@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import shutil
 import subprocess
 import tempfile
@@ -49,6 +50,18 @@ class Models(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         for words in ("a model of 2 tets, 5 vertices", "levels: 2, segments: 1, patches: 3 (roots: 1), tets stored: 3", "7 'steel' (2 tets)", "heat"):
             self.assertIn(words, done.stdout)
+
+    def test_file_size_limit(self):
+        """A file that may not grow is an error with a message, and leaves nothing."""
+        folder = os.path.dirname(self.path)
+        flow, model = os.path.join(folder, "g.vtu"), os.path.join(folder, "out.tlod")
+        self.assertEqual(run("sample", "gaussians", "-o", flow, "--size", "16").returncode, 0)
+        before = sorted(os.listdir(folder))
+        done = subprocess.run([PROGRAM, "build", flow, "-o", model, "--tmp", folder], capture_output=True, text=True, check=False, timeout=60,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)))
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("File too large", done.stderr)
+        self.assertEqual(sorted(os.listdir(folder)), before)
 
     def test_check(self):
         for words in (("check", self.path), ("check", self.path, "--fast")):

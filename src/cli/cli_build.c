@@ -2,6 +2,7 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "cli_session.h"
 #include "tetralod/model.h"
@@ -116,6 +117,14 @@ static int fill_request(const cli_session *session, request *r)
     return failed;
 }
 
+/* A model does not hold what its input holds: it must not take its place. */
+static bool is_same_file(const char *a, const char *b)
+{
+    struct stat x, y;
+    return !stat(a, &x) && !stat(b, &y) && S_ISREG(x.st_mode) && x.st_dev == y.st_dev &&
+           x.st_ino == y.st_ino;
+}
+
 static void print_json(const cli_session *session, const char *path, const tl_build_result *r)
 {
     json_t *object = json_object();
@@ -161,6 +170,9 @@ static int run(cli_session *session)
     int failed = fill_request(session, &r);
     if (!failed) failed = cli_read_opts(session, input, &read);
     if (failed) return failed;
+    if (is_same_file(input, path))
+        return cli_misuse(session->args.verb, "'%s' is the input: the model needs another name",
+                          path);
     tl_status st = tl_model_build(session->ctx, input, &read, path, &r.opts, &result);
     cli_progress_clear(&session->progress);
     if (st) return cli_fail(session, session->ctx, st);
