@@ -260,6 +260,7 @@ static void test_budgets_are_kept(void **state)
     query.tets_max = 1;
     CHECK_OK(f.ctx, tl_cut_update(cut, &query));
     CHECK_EQ(tl_cut_get_state(cut).tets, coarsest);
+    CHECK(!tl_cut_get_state(cut).bounds_kept); /* and says so */
     tl_cut_destroy(cut);
     close_model(&f);
 }

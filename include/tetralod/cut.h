@@ -73,7 +73,8 @@ typedef struct tl_cut_state {
     uint64_t bytes;    /* of the patches as stored, all channels */
     size_t patches;
     size_t segments;       /* refined ones */
-    bool bounds_kept;      /* false: a budget, or what is resident, kept a bound from being kept */
+    bool bounds_kept;      /* false: a budget, or what is resident, kept a bound from being kept, or
+                              the coarsest mesh is above a budget */
     double boundary_error; /* mesh units */
 } tl_cut_state;
 

@@ -124,13 +124,16 @@ static tl_status sum_up(tl_cut *c)
     const tl_store_head *head = c->graph.head;
     tl_status st = TL_OK;
     tl_cut_state *s = &c->state;
-    bool leaves = c->leaves > 0;
+    bool leaves = c->leaves > 0, within = true;
+    if (c->next.total.tets > 0 && (uint64_t)c->next.total.tets > c->asked.tets_max) within = false;
+    if (c->next.total.bytes > 0 && (uint64_t)c->next.total.bytes > c->asked.bytes_max)
+        within = false;
     *s = (tl_cut_state){.tets = (uint64_t)c->next.total.tets,
                         .vertices = (uint64_t)c->next.total.verts,
                         .bytes = (uint64_t)c->next.total.bytes,
                         .patches = c->drawn.count,
                         .segments = c->next.list.count,
-                        .bounds_kept = !leaves || tli_leaves_keep(&c->asked, head),
+                        .bounds_kept = within && (!leaves || tli_leaves_keep(&c->asked, head)),
                         .boundary_error = leaves ? head->levels[0].boundary_error : 0};
     for (size_t i = 0; i < head->channel_count; i++)
         c->channel_errors[i] = leaves ? head->levels[0].max_error[i] : 0;

@@ -22,7 +22,7 @@ static const double FALL = 3.0 / 7;
  * some ranges, too, so that threads have work, but of no fewer vertices than the least. */
 enum { RANGE_MOST = 32768, RANGE_LEAST = 8192, RANGES = 4 };
 /* The limits of the runs as parts of that cost. */
-static const double PARTS[] = {0.12, 0.6};
+static const double PARTS[] = {0.15, 0.5, 1.0};
 /* At least so many times the target stay, for collapses that know better. */
 static const double STAY = 1.5;
 /* New tets have this mean ratio, cubed, or that of the worst one before; in no case less than
