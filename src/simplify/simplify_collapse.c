@@ -115,9 +115,11 @@ static void round_place(const tli_work *w, tli_hood *hood, double y[3])
     if (hood->step == TLI_STEP_ANY) return;
     for (int i = 0; i < 3; i++) {
         double x = hood->place[i];
-        if (hood->step == TLI_STEP_FLOAT32)
-            hood->place[i] = (double)(float)x;
-        else
+        if (hood->step == TLI_STEP_FLOAT32) {
+            /* volatile: gcc 12 takes two coordinates at once and then leaves the rounding out */
+            volatile float narrow = (float)x;
+            hood->place[i] = (double)narrow;
+        } else
             hood->place[i] = ldexp(rint(ldexp(x, -hood->step)), hood->step);
         y[i] = (hood->place[i] - u->xyz[i]) * w->scale;
     }
