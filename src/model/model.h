@@ -8,6 +8,7 @@
 #include "base/base.h"
 #include "mesh/mesh.h"
 #include "model/model_depot.h"
+#include "model/model_seams.h"
 #include "simplify/simplify_piece.h"
 #include "tetralod/model.h"
 #include "tetralod/segment.h"
@@ -50,6 +51,7 @@ typedef struct tli_plan {
     tl_simplify_channel *steering; /* [field_count] of those on vertices, for the pieces */
     double *steering_scales;
     size_t steering_count;
+    uint64_t bin_bytes; /* of memory for a part of what is sorted in files */
 } tli_plan;
 
 /* A record of a carried original vertex or centroid: doubles x y z, [volume,] values ..., and the
@@ -120,18 +122,13 @@ typedef struct tli_segment_note {
     tli_errors errors;
 } tli_segment_note;
 
-/* A shared vertex of a patch. */
-typedef struct tli_shared {
-    uint64_t *ids;
-    uint32_t *patches;
-    size_t count, capacity;
-} tli_shared;
-
 typedef struct tli_model {
     tl_ctx *ctx;
     const tli_plan *plan;
-    tli_depot *meshes;     /* bundles of all levels */
-    tli_depot *carried[2]; /* records: of this level and the next */
+    tli_depot *meshes;        /* bundles of all levels */
+    tli_depot *carried[2];    /* records: of this level and the next */
+    tli_depot *seam_files[2]; /* likewise: vertices that patches share */
+    tli_seams seams;          /* of the last level */
     tli_patch_note *patches;
     size_t patch_count, patch_capacity;
     tli_segment_note *segments;
@@ -147,8 +144,6 @@ void tli_model_destroy(tli_model *model);
 tl_status tli_model_add_patches(tli_model *model, size_t count, size_t *first);
 tl_status tli_model_add_segments(tli_model *model, size_t count, size_t *first);
 tl_status tli_extents_add(tl_ctx *ctx, tli_extents *extents, uint64_t ofs, uint64_t count);
-tl_status tli_shared_add(tl_ctx *ctx, tli_shared *shared, uint64_t id, uint32_t patch);
-void tli_shared_release(tl_ctx *ctx, tli_shared *shared);
 tl_status tli_errors_create(tl_ctx *ctx, const tli_plan *plan, tli_errors *errors);
 void tli_errors_release(tl_ctx *ctx, tli_errors *errors);
 
@@ -159,24 +154,18 @@ tl_status tli_split(tl_ctx *ctx, const double *xyz, const tl_lidx *tets, size_t 
                     size_t part_tets, uint32_t *part, size_t *part_count);
 
 /* ---- model_group.c ---- */
-/* Vertices of several segments, ascending, and of how many. */
-typedef struct tli_locked {
-    uint64_t *ids;
-    uint8_t *segments;
-    size_t count;
-} tli_locked;
-void tli_locked_release(tl_ctx *ctx, tli_locked *locked);
 /* Groups the patches [first, end) of a level into segments of about segment_tets; gives
  * group_of [end - first], numbers along a Hilbert curve, and the vertices that lie in several of
- * them. */
-tl_status tli_group(tli_model *model, size_t first, size_t end, tli_shared *shared,
-                    uint32_t *group_of, size_t *group_count, tli_locked *locked);
+ * them, which is released also after a failure. The seams are those of the level. */
+tl_status tli_group(tli_model *model, uint32_t level, size_t first, size_t end, uint32_t *group_of,
+                    size_t *group_count, tli_locked *locked);
 
 /* ---- model_segment.c ---- */
 /* What a level's segments share. */
 typedef struct tli_level {
     tli_model *model;
     uint32_t level;
+    size_t first_segment;
     tli_locked locked;
     double cost_max;
     double boundary_error; /* of this level's result, mesh units */
@@ -187,7 +176,8 @@ typedef struct tli_level {
 typedef struct tli_product {
     tli_patch_note *patches; /* [patch_count]; producer is not set */
     size_t patch_count;
-    tli_shared shared; /* patches count from 0 */
+    tli_shared shared; /* patches count from 0; until they lie in the file of the seams */
+    tli_seam seam;
     tli_errors errors;
     double box[6];
     uint64_t input_tets, output_tets;
@@ -277,7 +267,7 @@ void tli_model_saturate(tli_model *model);
 
 /* ---- model_level.c ---- */
 /* Makes all levels above those patches of level 0 that are in the model. */
-tl_status tli_model_grow(tli_model *model, tli_shared *shared);
+tl_status tli_model_grow(tli_model *model);
 
 /* ---- model_survey.c ---- */
 typedef struct tli_channel_survey {
@@ -297,8 +287,7 @@ void tli_survey_release(tl_ctx *ctx, tli_survey *survey);
 
 /* ---- model_finest.c ---- */
 /* Level 0. Sets the plan's lattice and the leaf errors. */
-tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *segments,
-                          tli_shared *shared);
+tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *segments);
 
 /* ---- model_plan.c ---- */
 tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *opts);

@@ -88,7 +88,6 @@ static tl_status build(tl_ctx *ctx, tl_segments **segments, const char *path,
     tli_plan plan;
     tli_survey survey;
     tli_model *model = NULL;
-    tli_shared shared = {0};
     if (tl_segments_tet_count(*segments) == 0)
         return tl_fail(ctx, TL_ERR_DATA, "the data set has no tets");
     tl_status st = tli_survey_make(ctx, *segments, &survey);
@@ -96,15 +95,14 @@ static tl_status build(tl_ctx *ctx, tl_segments **segments, const char *path,
     if (st) goto done;
     tli_input input = describe(*segments, &survey, plan.diagonal);
     st = tli_model_create(ctx, &plan, &model);
-    if (!st) st = tli_model_begin(model, &plan, *segments, &shared);
+    if (!st) st = tli_model_begin(model, &plan, *segments);
     tl_segments_destroy(*segments);
     *segments = NULL;
-    if (!st) st = tli_model_grow(model, &shared);
+    if (!st) st = tli_model_grow(model);
     if (!st) tli_model_saturate(model);
     if (!st) st = set_levels(model, r);
     if (!st) st = tli_model_write(model, path, &input, &r->bytes);
     r->tets_in = input.tets;
-    tli_shared_release(ctx, &shared);
     tli_model_destroy(model);
     tli_plan_release(&plan);
 done:

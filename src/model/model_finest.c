@@ -178,6 +178,7 @@ static tl_status process(tl_ctx *ctx, tli_finest *f, uint32_t segment, tli_produ
     st = tli_errors_create(ctx, j.plan, &product->errors);
     if (!st) st = make_mesh(ctx, f, &j.segment, &j.mesh);
     if (!st) st = write_patches(&j);
+    if (!st) st = tli_seam_put(ctx, f->model->seam_files[0], &product->shared, &product->seam);
     if (!st) st = tl_mesh_adjacency(ctx, j.mesh, &j.opposite, NULL);
     j.tet_of = tl_mem_alloc(ctx, j.segment.vert_count, sizeof *j.tet_of, &st);
     for (size_t v = 0; !st && v < j.segment.vert_count; v++) j.tet_of[v] = TL_NONE;
@@ -210,13 +211,11 @@ static tl_status process_range(void *arg, size_t begin, size_t end, unsigned wor
 }
 
 /* Takes over the patches of a segment. */
-static tl_status note(tli_model *m, tli_plan *plan, tli_product *p, tli_shared *shared)
+static tl_status note(tli_model *m, tli_plan *plan, tli_product *p)
 {
     size_t first;
     tl_status st = tli_model_add_patches(m, p->patch_count, &first);
-    for (size_t i = 0; !st && i < p->shared.count; i++)
-        st = tli_shared_add(m->ctx, shared, p->shared.ids[i],
-                            p->shared.patches[i] + (uint32_t)first);
+    if (!st) st = tli_seams_add(m->ctx, &m->seams, p->seam, first);
     if (st) return st;
     for (size_t i = 0; i < p->patch_count; i++) {
         m->patches[first + i] = p->patches[i];
@@ -229,8 +228,7 @@ static tl_status note(tli_model *m, tli_plan *plan, tli_product *p, tli_shared *
     return TL_OK;
 }
 
-tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *segments,
-                          tli_shared *shared)
+tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *segments)
 {
     tli_finest f = {.model = model, .segments = segments};
     size_t count = tl_segments_count(segments);
@@ -242,7 +240,7 @@ tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *s
     for (size_t i = 0; !st && i < count; i++) {
         model->point_count += all.carried[i][TLI_POINTS];
         model->cell_count += all.carried[i][TLI_CELLS];
-        st = note(model, plan, &all.products[i], shared);
+        st = note(model, plan, &all.products[i]);
     }
     for (size_t i = 0; all.products && i < count; i++)
         tli_product_release(model->ctx, &all.products[i]);

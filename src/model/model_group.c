@@ -12,12 +12,14 @@
 enum { ACROSS = 4, ALONG = 1 };
 /* Patches of one vertex past which it adds no edges: it would add their square. */
 enum { FAN_MAX = 32 };
+/* Edges that are first added up. */
+enum { MERGE_FIRST = 1 << 20 };
 
 /* Edges as patch << 32 | patch, both ways, with weights. */
 typedef struct edge_list {
     uint64_t *keys;
     uint32_t *weights;
-    size_t count, capacity;
+    size_t count, capacity, merge_at;
 } edge_list;
 
 static tl_status add_edge(tl_ctx *ctx, edge_list *e, uint32_t a, uint32_t b, uint32_t weight)
@@ -53,11 +55,10 @@ static tl_status merge(tl_ctx *ctx, edge_list *e)
     return st;
 }
 
-static tl_status list_edges(const tli_model *m, size_t first, const tli_shared *s, edge_list *e)
+/* Edges of the vertices of a bin. */
+static tl_status list_edges(const tli_model *m, size_t first, const tli_seam_bins *s, edge_list *e)
 {
-    enum { MERGE_FIRST = 1 << 20 };
     tl_status st = TL_OK;
-    size_t merge_at = MERGE_FIRST;
     for (size_t i = 0, end; !st && i < s->count; i = end) {
         for (end = i + 1; end < s->count && s->ids[end] == s->ids[i]; end++) {
         }
@@ -69,11 +70,11 @@ static tl_status list_edges(const tli_model *m, size_t first, const tli_shared *
                 st = add_edge(m->ctx, e, p - (uint32_t)first, q - (uint32_t)first,
                               along ? ALONG : ACROSS);
             }
-        if (st || e->count < merge_at) continue;
+        if (st || e->count < e->merge_at) continue;
         st = merge(m->ctx, e);
-        if (e->count > merge_at / 2) merge_at *= 2;
+        if (e->count > e->merge_at / 2) e->merge_at *= 2;
     }
-    return st ? st : merge(m->ctx, e);
+    return st;
 }
 
 /* Numbers the groups along a Hilbert curve through their patches' centres. */
@@ -140,53 +141,63 @@ static tl_status group_graph(const tli_model *m, size_t first, size_t count, con
     return st;
 }
 
-/* Of how many groups the patches are. */
-static uint8_t count_groups(const uint32_t *patches, size_t count, size_t first,
-                            const uint32_t *group_of)
+/* The groups of the patches [count] of a vertex, each once, in at most count places. */
+static size_t list_groups(const uint32_t *patches, size_t count, size_t first,
+                          const uint32_t *group_of, uint32_t *groups)
 {
-    unsigned groups = 0;
+    size_t n = 0;
     for (size_t i = 0; i < count; i++) {
+        uint32_t group = group_of[patches[i] - first];
         size_t j = 0;
-        while (j < i && group_of[patches[j] - first] != group_of[patches[i] - first]) j++;
-        groups += j == i;
+        while (j < n && groups[j] != group) j++;
+        if (j == n) groups[n++] = group;
     }
-    return groups < UINT8_MAX ? (uint8_t)groups : UINT8_MAX;
+    return n;
 }
 
-static tl_status list_locked(const tli_model *m, size_t first, const tli_shared *s,
+/* Vertices of a bin that several groups hold. */
+static tl_status list_locked(const tli_model *m, size_t first, const tli_seam_bins *s,
                              const uint32_t *group_of, tli_locked *locked)
 {
     tl_status st = TL_OK;
-    locked->ids = tl_mem_alloc(m->ctx, s->count / 2, sizeof *locked->ids, &st);
-    locked->segments = tl_mem_alloc(m->ctx, s->count / 2, sizeof *locked->segments, &st);
+    size_t count = 0;
+    tli_locked_vertex *vertices = tl_mem_alloc(m->ctx, s->count, sizeof *vertices, &st);
+    uint32_t *groups = tl_mem_alloc(m->ctx, s->count, sizeof *groups, &st);
     for (size_t i = 0, end; !st && i < s->count; i = end) {
         for (end = i + 1; end < s->count && s->ids[end] == s->ids[i]; end++) {
         }
-        uint8_t groups = count_groups(s->patches + i, end - i, first, group_of);
-        if (groups < 2) continue;
-        locked->ids[locked->count] = s->ids[i];
-        locked->segments[locked->count++] = groups;
+        size_t n = list_groups(s->patches + i, end - i, first, group_of, groups + count);
+        for (size_t j = 0; n > 1 && j < n; j++)
+            vertices[count++] = (tli_locked_vertex){s->ids[i], (uint32_t)n, 0};
     }
+    if (!st) st = tli_locked_add(m->ctx, locked, vertices, groups, count);
+    tl_mem_free(m->ctx, groups);
+    tl_mem_free(m->ctx, vertices);
     return st;
 }
 
-tl_status tli_group(tli_model *m, size_t first, size_t end, tli_shared *shared, uint32_t *group_of,
+tl_status tli_group(tli_model *m, uint32_t level, size_t first, size_t end, uint32_t *group_of,
                     size_t *group_count, tli_locked *locked)
 {
-    edge_list edges = {0};
+    edge_list edges = {.merge_at = MERGE_FIRST};
+    tli_seam_bins seams;
+    const char *folder = m->plan->opts.folder;
     *locked = (tli_locked){0};
-    tl_status st = tli_sort_u64(m->ctx, shared->ids, shared->patches, shared->count);
-    if (!st) st = list_edges(m, first, shared, &edges);
+    tl_status st = tli_seam_bins_open(m->ctx, folder, m->seam_files[level & 1], &m->seams,
+                                      m->plan->bin_bytes, &seams);
+    for (uint32_t b = 0; !st && b < seams.bins.bin_count; b++) {
+        st = tli_seam_bins_read(m->ctx, &seams, b);
+        if (!st) st = list_edges(m, first, &seams, &edges);
+    }
+    if (!st) st = merge(m->ctx, &edges);
     if (!st) st = group_graph(m, first, end - first, &edges, group_of, group_count);
-    if (!st) st = list_locked(m, first, shared, group_of, locked);
     tl_mem_free(m->ctx, edges.weights);
     tl_mem_free(m->ctx, edges.keys);
+    if (!st) st = tli_locked_open(m->ctx, folder, *group_count, locked);
+    for (uint32_t b = 0; !st && b < seams.bins.bin_count; b++) {
+        if (seams.bins.bin_count > 1) st = tli_seam_bins_read(m->ctx, &seams, b);
+        if (!st) st = list_locked(m, first, &seams, group_of, locked);
+    }
+    tli_seam_bins_close(m->ctx, &seams);
     return st;
-}
-
-void tli_locked_release(tl_ctx *ctx, tli_locked *locked)
-{
-    tl_mem_free(ctx, locked->segments);
-    tl_mem_free(ctx, locked->ids);
-    *locked = (tli_locked){0};
 }

@@ -140,15 +140,13 @@ static void drop_segments(tli_model *m, size_t first)
 }
 
 /* Takes over what a segment made. */
-static tl_status note_product(tli_model *m, size_t segment, tli_product *p, tli_shared *shared)
+static tl_status note_product(tli_model *m, size_t segment, tli_product *p)
 {
     size_t first;
     tl_status st = tli_model_add_patches(m, p->patch_count, &first);
     tli_segment_note *note = &m->segments[segment];
     note->outputs = tl_mem_alloc(m->ctx, p->patch_count, sizeof *note->outputs, &st);
-    for (size_t i = 0; !st && i < p->shared.count; i++)
-        st = tli_shared_add(m->ctx, shared, p->shared.ids[i],
-                            p->shared.patches[i] + (uint32_t)first);
+    if (!st) st = tli_seams_add(m->ctx, &m->seams, p->seam, first);
     if (st) return st;
     note->output_count = (uint32_t)p->patch_count;
     note->input_tets = p->input_tets;
@@ -194,6 +192,7 @@ static tl_status process_all(level_job *j, bool *more)
         uint64_t in = 0, out = 0;
         level->boundary_error = bound < most ? bound : most;
         tli_depot_clear(m->carried[(level->level + 1) & 1]);
+        tli_depot_clear(m->seam_files[(level->level + 1) & 1]);
         st = find_cost(j);
         if (!st) st = process_windows(j);
         for (size_t s = 0; !st && s < j->count; s++) {
@@ -208,34 +207,34 @@ static tl_status process_all(level_job *j, bool *more)
 }
 
 /* One level; *more tells whether it is worth having. Its patches begin at first. */
-static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, tli_shared *shared,
-                            bool *more)
+static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, bool *more)
 {
     tl_status st = TL_OK;
     size_t end = m->patch_count, groups = 0, first_segment = m->segment_count;
     tli_level level = {.model = m, .level = level_number, .ratio = m->plan->opts.reduction};
     level_job job = {.level = &level};
     uint32_t *group_of = tl_mem_alloc(m->ctx, end - first, sizeof *group_of, &st);
-    if (!st) st = tli_group(m, first, end, shared, group_of, &groups, &level.locked);
-    tli_shared_release(m->ctx, shared);
+    if (!st) st = tli_group(m, level_number, first, end, group_of, &groups, &level.locked);
+    tli_seams_release(m->ctx, &m->seams);
     if (!st) st = list_segments(m, level_number, first, end, group_of, groups, &first_segment);
     job.segments = m->segments + first_segment;
+    level.first_segment = first_segment;
     job.count = groups;
     job.products = tl_mem_zalloc(m->ctx, groups, sizeof *job.products, &st);
     *more = false;
     if (!st) st = process_all(&job, more);
     for (size_t s = 0; *more && !st && s < groups; s++)
-        st = note_product(m, first_segment + s, &job.products[s], shared);
+        st = note_product(m, first_segment + s, &job.products[s]);
     if (!*more) drop_segments(m, first_segment);
     for (size_t s = 0; job.products && s < groups; s++)
         tli_product_release(m->ctx, &job.products[s]);
     tl_mem_free(m->ctx, job.products);
-    tli_locked_release(m->ctx, &level.locked);
+    tli_locked_release(&level.locked);
     tl_mem_free(m->ctx, group_of);
     return st;
 }
 
-tl_status tli_model_grow(tli_model *m, tli_shared *shared)
+tl_status tli_model_grow(tli_model *m)
 {
     tl_status st = TL_OK;
     size_t first = 0;
@@ -246,10 +245,9 @@ tl_status tli_model_grow(tli_model *m, tli_shared *shared)
         uint64_t tets = 0;
         for (size_t p = first; p < end; p++) tets += m->patches[p].tet_count;
         if (end - first < 2 && tets <= m->plan->opts.patch_tets / 2) break;
-        st = grow_level(m, m->level_count - 1, first, shared, &more);
+        st = grow_level(m, m->level_count - 1, first, &more);
         if (!st && more) m->level_count++;
         first = end;
     }
-    tli_shared_release(m->ctx, shared);
     return st;
 }

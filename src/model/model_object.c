@@ -65,28 +65,6 @@ tl_status tli_extents_add(tl_ctx *ctx, tli_extents *e, uint64_t ofs, uint64_t co
     return TL_OK;
 }
 
-tl_status tli_shared_add(tl_ctx *ctx, tli_shared *s, uint64_t id, uint32_t patch)
-{
-    tl_status st = TL_OK;
-    if (s->count == s->capacity) {
-        size_t capacity = s->capacity ? s->capacity + s->capacity / 2 : 1024;
-        s->ids = tl_mem_resize(ctx, s->ids, capacity, sizeof *s->ids, &st);
-        s->patches = tl_mem_resize(ctx, s->patches, capacity, sizeof *s->patches, &st);
-        if (st) return st;
-        s->capacity = capacity;
-    }
-    s->ids[s->count] = id;
-    s->patches[s->count++] = patch;
-    return TL_OK;
-}
-
-void tli_shared_release(tl_ctx *ctx, tli_shared *s)
-{
-    tl_mem_free(ctx, s->patches);
-    tl_mem_free(ctx, s->ids);
-    *s = (tli_shared){0};
-}
-
 tl_status tli_errors_create(tl_ctx *ctx, const tli_plan *plan, tli_errors *e)
 {
     tl_status st = TL_OK;
@@ -117,8 +95,10 @@ tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_model **model)
     m->ctx = ctx;
     m->plan = plan;
     st = tli_depot_create(ctx, plan->opts.folder, &m->meshes);
-    for (int i = 0; !st && i < 2; i++)
+    for (int i = 0; !st && i < 2; i++) {
         st = tli_depot_create(ctx, plan->opts.folder, &m->carried[i]);
+        if (!st) st = tli_depot_create(ctx, plan->opts.folder, &m->seam_files[i]);
+    }
     if (st)
         tli_model_destroy(m);
     else
@@ -145,7 +125,11 @@ void tli_model_destroy(tli_model *m)
     tl_mem_free(m->ctx, m->patches);
     tl_mem_free(m->ctx, m->segments);
     tli_depot_destroy(m->meshes);
-    for (int i = 0; i < 2; i++) tli_depot_destroy(m->carried[i]);
+    for (int i = 0; i < 2; i++) {
+        tli_depot_destroy(m->carried[i]);
+        tli_depot_destroy(m->seam_files[i]);
+    }
+    tli_seams_release(m->ctx, &m->seams);
     tl_mem_free(m->ctx, m);
 }
 

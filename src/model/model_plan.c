@@ -6,6 +6,8 @@
 
 /* Sizes that did best by measurement: docs/notes/2026-11-22-model.md */
 enum { SEGMENT_TETS = 49152, PATCH_TETS = 4096 };
+/* Part of the memory for a bin of what is sorted in files; where no memory is given; at least. */
+enum { BIN_PART = 16, BIN_BYTES = 16 << 20, BIN_BYTES_MIN = 1 << 20 };
 /* Components that can steer a simplification. */
 enum { COMPONENTS_MAX = 256 };
 /* Vectors whose lengths differ by less than this part of the widest range of a component count as
@@ -196,6 +198,8 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
     }
     p->diagonal = sqrt(square);
     p->boundary_error = p->opts.boundary_error * p->diagonal;
+    p->bin_bytes = opts->memory_bytes ? opts->memory_bytes / BIN_PART : BIN_BYTES;
+    if (p->bin_bytes < BIN_BYTES_MIN) p->bin_bytes = BIN_BYTES_MIN;
     return TL_OK;
 }
 

@@ -316,6 +316,9 @@ tl_status tli_segment_process(tl_ctx *ctx, const tli_level *level, const tli_seg
     if (!st) note_surface(&j);
     if (!st) st = set_values(&j);
     if (!st) st = write_patches(&j);
+    if (!st)
+        st = tli_seam_put(ctx, level->model->seam_files[(level->level + 1) & 1], &product->shared,
+                          &product->seam);
     if (!st) st = deal(&j);
     if (!st) product->output_tets = j.piece.mesh->tet_count;
     release_job(&j);

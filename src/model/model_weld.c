@@ -52,20 +52,22 @@ typedef struct welder {
     int32_t *regions;
     double **values; /* [field_count] */
     size_t vert_count, tet_count;
+    tli_locked_vertex *locked; /* [locked_count] ascending */
+    size_t locked_count;
 } welder;
 
 /* Segments that hold a vertex; 1 for one that is not locked. */
-static unsigned holders(const tli_locked *locked, uint64_t id)
+static unsigned holders(const welder *w, uint64_t id)
 {
-    size_t lo = 0, hi = locked->count;
+    size_t lo = 0, hi = w->locked_count;
     while (lo < hi) {
         size_t mid = lo + (hi - lo) / 2;
-        if (locked->ids[mid] < id)
+        if (w->locked[mid].id < id)
             lo = mid + 1;
         else
             hi = mid;
     }
-    return lo < locked->count && locked->ids[lo] == id ? locked->segments[lo] : 1;
+    return lo < w->locked_count && w->locked[lo].id == id ? w->locked[lo].segments : 1;
 }
 
 static void add_quadric(float *to, const float *from, size_t count)
@@ -74,7 +76,7 @@ static void add_quadric(float *to, const float *from, size_t count)
 }
 
 /* The welded number of a vertex of a bundle. */
-static tl_lidx weld_vertex(welder *w, const tli_level *level, const tli_bundle *b, size_t v)
+static tl_lidx weld_vertex(welder *w, const tli_bundle *b, size_t v)
 {
     tli_weld *to = w->weld;
     size_t floats = w->plan->quadric_floats;
@@ -94,7 +96,7 @@ static tl_lidx weld_vertex(welder *w, const tli_level *level, const tli_bundle *
     to->ids[n] = b->ids[v];
     to->steps[n] = b->steps[v];
     to->surface[n] = b->surface[v];
-    unsigned segments = b->shared[v] ? holders(&level->locked, b->ids[v]) : 1;
+    unsigned segments = b->shared[v] ? holders(w, b->ids[v]) : 1;
     to->twins[n] = b->twins[v];
     to->locked[n] = segments > 1 || b->twins[v];
     if (to->shares) to->shares[n] = 1.0f / (float)segments;
@@ -134,7 +136,7 @@ static tl_status weld_patch(welder *w, const tli_level *level, const tli_patch_n
     tl_lidx *numbers = tl_mem_alloc(w->ctx, note->vert_count, sizeof *numbers, &st);
     if (!st) st = tli_depot_get(w->ctx, level->model->meshes, note->ofs, b.block, b.bytes);
     if (!st) {
-        for (size_t v = 0; v < b.vert_count; v++) numbers[v] = weld_vertex(w, level, &b, v);
+        for (size_t v = 0; v < b.vert_count; v++) numbers[v] = weld_vertex(w, &b, v);
         weld_tets(w, &b, numbers);
     }
     tl_mem_free(w->ctx, numbers);
@@ -173,6 +175,10 @@ static tl_status open_welder(welder *w, const tli_level *level, const tli_segmen
         w->values[i] = tl_mem_alloc(ctx, (f->on == TL_ON_VERTEX ? verts : tets) * f->components,
                                     sizeof(double), &st);
     }
+    if (!st)
+        st = tli_locked_read(ctx, &level->locked,
+                             (size_t)(segment - level->model->segments) - level->first_segment,
+                             &w->locked, &w->locked_count);
     return st ? st : open_table(ctx, verts, &w->table);
 }
 
@@ -206,6 +212,7 @@ tl_status tli_weld_create(tl_ctx *ctx, const tli_level *level, const tli_segment
     }
     if (!st) st = make_mesh(&w);
     close_table(ctx, &w.table);
+    tl_mem_free(ctx, w.locked);
     for (size_t i = 0; w.values && i < w.plan->field_count; i++) tl_mem_free(ctx, w.values[i]);
     tl_mem_free(ctx, w.values);
     tl_mem_free(ctx, w.regions);
