@@ -139,13 +139,14 @@ typedef struct tl_write_opts {
 TL_API tl_write_opts tl_write_opts_defaults(void);
 
 /* Writes a mesh; the ending of the name says as what: .vtu, .vtk, .msh (Gmsh 2.2), .mesh (Medit,
- * with the channels in a .sol beside it) or .node and .ele (TetGen, both and a .face are written).
- * VTU and VTK: positions and values are written in the narrowest type that loses nothing
- * (positions: float32 or float64; channels: their own type if all values fit, else float64). What a
- * format can't hold is left out and said through the log. Files appear only when complete. opts may
- * be NULL. TL_ERR_ARG for an unknown ending, or zlib beside ascii or for another than .vtu;
- * TL_ERR_IO, TL_ERR_UNSUPPORTED (legacy VTK of 2^31 points or 2^29 tets, Gmsh of 2^31 points or
- * elements), TL_ERR_CANCELLED. Runs on the pool. */
+ * with the channels in a .sol beside it), .exo .exodus .ex2 .exii .gen .e .g (Exodus II) or .node
+ * and .ele (TetGen, both and a .face are written). VTU and VTK: positions and values are written in
+ * the narrowest type that loses nothing (positions: float32 or float64; channels: their own type if
+ * all values fit, else float64). What a format can't hold is left out and said through the log.
+ * Files appear only when complete. opts may be NULL. TL_ERR_ARG for an unknown ending, zlib beside
+ * ascii or for another than .vtu, or ascii for Exodus; TL_ERR_IO, TL_ERR_UNSUPPORTED (legacy VTK of
+ * 2^31 points or 2^29 tets, Gmsh of 2^31 points or elements, Exodus of more than 65,536 regions or
+ * ids of more than 31 bits), TL_ERR_CANCELLED. Runs on the pool. */
 TL_API tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                                const tl_write_opts *opts);
 

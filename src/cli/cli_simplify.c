@@ -9,7 +9,7 @@
 
 static const cli_option TARGET[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
-     "the file to write, as what its ending says: .vtu, .vtk, .msh, .mesh, .node; required"},
+     "the file to write, as what its ending says: .vtu, .vtk, .msh, .mesh, .exo, .node; required"},
     {CLI_RATIO, 0, "ratio", CLI_TYPE_AMOUNT, "R", NULL, DBL_MIN, 1,
      "stop at this part of the tets, such as 0.1 or 10%"},
     {CLI_TETS, 0, "tets", CLI_TYPE_COUNT, "N", NULL, 1, 4294967295.0, "stop at N tets or less"},

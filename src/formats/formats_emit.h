@@ -51,7 +51,9 @@ typedef struct tli_emit {
 
 /* What regions are written as. */
 #define TLI_REGION_NAME "region"
-/* Values to a type that holds them. formats_write.c */
+/* scalar if it holds all values, else TL_F64; values to a type that holds them. formats_write.c */
+tl_status tli_narrowest(tl_ctx *ctx, const double *values, size_t count, tl_scalar scalar,
+                        tl_scalar *narrow);
 void tli_narrow(const double *values, size_t count, tl_scalar scalar, void *out);
 /* Bytes of a tuple, and of all numbers of the arrays of out. */
 size_t tli_out_tuple_bytes(const tli_out_array *array);

@@ -1,5 +1,6 @@
 /* Exodus II: variables of nodes and elements. Each is a scalar; three in a row whose names differ
- * in a last letter x, y, z alone are the components of a vector. */
+ * in a last letter x, y, z alone are the components of a vector, six that end in xx yy zz xy yz zx
+ * (or xz) those of a symmetric tensor. */
 #include "formats/formats_exodus.h"
 
 #include <ctype.h>
@@ -10,34 +11,49 @@
 /* Most variables of a kind. */
 #define VARIABLES_MAX 65536
 
-/* The name without its last letter, and without a '_' before it, if that letter is the component;
- * false otherwise. */
-static bool stem_of(const char *name, char component, char stem[TLI_NC_NAME_MAX])
+/* Ends of the names of components, in the order of the variables. */
+static const struct {
+    uint32_t components;
+    const char *ends[6];
+} kinds[] = {{3, {"x", "y", "z"}},
+             {6, {"xx", "yy", "zz", "xy", "yz", "zx"}},
+             {6, {"xx", "yy", "zz", "xy", "yz", "xz"}}};
+
+/* The name without its end, in any case, and without a '_' before it; false if it ends otherwise.
+ */
+static bool stem_of(const char *name, const char *end, char stem[TLI_NC_NAME_MAX])
 {
-    size_t length = strlen(name);
-    if (length < 2 || tolower((unsigned char)name[length - 1]) != component) return false;
-    length--;
+    size_t length = strlen(name), tail = strlen(end);
+    if (length <= tail) return false;
+    length -= tail;
+    for (size_t i = 0; i < tail; i++)
+        if (tolower((unsigned char)name[length + i]) != end[i]) return false;
     if (length > 1 && name[length - 1] == '_') length--;
     memcpy(stem, name, length);
     stem[length] = '\0';
     return true;
 }
 
-/* How many of the variables from i on are one array, 1 or 3; its name. */
+/* How many of the variables from i on are one array; its name. */
 static tl_status array_at(tli_exodus *ex, const tli_nc_var *names, uint64_t i, uint64_t count,
                           uint32_t *components, char name[TLI_NC_NAME_MAX])
 {
-    char text[TLI_NC_NAME_MAX], stem[TLI_NC_NAME_MAX];
+    char text[TLI_NC_NAME_MAX], stem[TLI_NC_NAME_MAX], other[TLI_NC_NAME_MAX];
     tl_status st = tli_nc_text(&ex->nc, names, i, name);
     *components = 1;
-    if (st || count - i < 3 || !stem_of(name, 'x', stem)) return st;
-    for (uint64_t k = 1; k < 3 && !st; k++) {
-        char other[TLI_NC_NAME_MAX];
-        st = tli_nc_text(&ex->nc, names, i + k, text);
-        if (st || !stem_of(text, "xyz"[k], other) || strcmp(stem, other) != 0) return st;
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds && !st; k++) {
+        uint32_t found = 1;
+        if (count - i < kinds[k].components || !stem_of(name, kinds[k].ends[0], stem)) continue;
+        while (found < kinds[k].components && !st) {
+            st = tli_nc_text(&ex->nc, names, i + found, text);
+            if (st || !stem_of(text, kinds[k].ends[found], other) || strcmp(stem, other)) break;
+            found++;
+        }
+        if (found < kinds[k].components) continue;
+        *components = found;
+        memcpy(name, stem, sizeof stem);
+        break;
     }
-    *components = 3;
-    memcpy(name, stem, sizeof stem);
     return st;
 }
 

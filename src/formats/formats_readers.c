@@ -140,7 +140,7 @@ const tli_reader tli_readers[] = {
      tli_read_ensight,
      tli_steps_ensight},
     {{"Exodus II", "meshes of Sandia's codes in netCDF; netCDF-4 needs HDF5",
-      ".e .exo .ex2 .exii .gen .g", NULL, .reads = true, .series = true},
+      ".e .exo .exodus .ex2 .exii .gen .g", NULL, .reads = true, .writes = true, .series = true},
      tli_match_exodus,
      tli_read_exodus,
      tli_steps_exodus},

@@ -36,9 +36,8 @@ static tl_status scan_piece(void *arg, size_t begin, size_t end, unsigned worker
     return TL_OK;
 }
 
-/* scalar if it holds all values, else TL_F64. */
-static tl_status narrowest(tl_ctx *ctx, const double *values, size_t count, tl_scalar scalar,
-                           tl_scalar *narrow)
+tl_status tli_narrowest(tl_ctx *ctx, const double *values, size_t count, tl_scalar scalar,
+                        tl_scalar *narrow)
 {
     scan_job job = {.values = values, .scalar = scalar};
     *narrow = scalar;
@@ -148,8 +147,8 @@ static tl_status describe_channels(tl_ctx *ctx, const tl_mesh *mesh, tl_on on, d
         if (channel->on != on) continue;
         real_source *source = &d->sources[i];
         *source = (real_source){channel->values, channel->components, TL_F64};
-        st = narrowest(ctx, channel->values, tuples * channel->components, channel->scalar,
-                       &source->scalar);
+        st = tli_narrowest(ctx, channel->values, tuples * channel->components, channel->scalar,
+                           &source->scalar);
         d->arrays[(*used)++] = (tli_out_array){.name = channel->name,
                                                .unit = channel->unit,
                                                .scalar = source->scalar,
@@ -167,7 +166,7 @@ static tl_status describe_mesh(tl_ctx *ctx, const tl_mesh *mesh, description *d)
     size_t channels = tl_mesh_channel_count(mesh);
     real_source *positions = &d->sources[channels];
     *positions = (real_source){tl_mesh_xyz(mesh), 3, TL_F64};
-    tl_status st = narrowest(ctx, positions->values, 3 * verts, TL_F32, &positions->scalar);
+    tl_status st = tli_narrowest(ctx, positions->values, 3 * verts, TL_F32, &positions->scalar);
     if (st) return st;
 
     tli_out *out = &d->out;
@@ -198,10 +197,10 @@ static const struct {
     const char *ending;
     tl_status (*write)(tl_ctx *ctx, const tl_mesh *mesh, const char *path, bool ascii);
 } mesh_writers[] = {
-    {".msh", tli_write_gmsh},
-    {".mesh", tli_write_medit},
-    {".node", tli_write_tetgen},
-    {".ele", tli_write_tetgen},
+    {".msh", tli_write_gmsh},   {".mesh", tli_write_medit},  {".node", tli_write_tetgen},
+    {".ele", tli_write_tetgen}, {".exo", tli_write_exodus},  {".exodus", tli_write_exodus},
+    {".ex2", tli_write_exodus}, {".exii", tli_write_exodus}, {".gen", tli_write_exodus},
+    {".e", tli_write_exodus},   {".g", tli_write_exodus},
 };
 
 tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
@@ -213,13 +212,16 @@ tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
     bool vtk = tli_path_ends(path, ".vtk"), vtu = tli_path_ends(path, ".vtu");
     if (o.zlib && (!vtu || o.ascii))
         return tl_fail(ctx, TL_ERR_ARG, "'%s': only a binary .vtu can be compressed", path);
-    for (size_t i = 0; i < sizeof mesh_writers / sizeof *mesh_writers; i++)
-        if (tli_path_ends(path, mesh_writers[i].ending))
-            return mesh_writers[i].write(ctx, mesh, path, o.ascii);
+    for (size_t i = 0; i < sizeof mesh_writers / sizeof *mesh_writers; i++) {
+        if (!tli_path_ends(path, mesh_writers[i].ending)) continue;
+        if (o.ascii && mesh_writers[i].write == tli_write_exodus)
+            return tl_fail(ctx, TL_ERR_ARG, "'%s': Exodus is no text", path);
+        return mesh_writers[i].write(ctx, mesh, path, o.ascii);
+    }
     if (!vtk && !vtu)
         return tl_fail(ctx, TL_ERR_ARG,
-                       "'%s': the ending says as what to write, .vtu, .vtk, .msh, .mesh, .node or "
-                       ".ele",
+                       "'%s': the ending says as what to write, .vtu, .vtk, .msh, .mesh, .exo, "
+                       ".node or .ele",
                        path);
 
     size_t channels = tl_mesh_channel_count(mesh);

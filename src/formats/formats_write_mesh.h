@@ -1,5 +1,5 @@
-/* Stage formats, internal: the writers that take a mesh as it is: Gmsh, Medit, TetGen. Each file
- * appears under its name only when complete. Statuses as of tl_mesh_write. */
+/* Stage formats, internal: the writers that take a mesh as it is: Gmsh, Medit, TetGen, Exodus. Each
+ * file appears under its name only when complete. Statuses as of tl_mesh_write. */
 #ifndef TETRALOD_SRC_FORMATS_WRITE_MESH_H
 #define TETRALOD_SRC_FORMATS_WRITE_MESH_H
 
@@ -14,6 +14,10 @@ tl_status tli_write_medit(tl_ctx *ctx, const tl_mesh *mesh, const char *path, bo
 /* Text, .node and .ele and, where there are labels, .face, whichever is named. Channels become
  * attributes without names; the region is the first one of the cells. */
 tl_status tli_write_tetgen(tl_ctx *ctx, const tl_mesh *mesh, const char *path, bool ascii);
+
+/* netCDF classic, one step; regions as blocks, labels as side sets, with names; components of
+ * vectors and tensors as variables of their own. */
+tl_status tli_write_exodus(tl_ctx *ctx, const tl_mesh *mesh, const char *path, bool ascii);
 
 /* ---- what they share: formats_write_mesh.c ---- */
 
