@@ -5,27 +5,13 @@
 
 #include "formats/formats_grid.h"
 
-#include <stdio.h>
-#include <stdlib.h>
+#include "fuzz_base.h"
 
 #define FUZZ_BUDGET_BYTES ((size_t)16 << 20)
 
-#define FUZZ_CHECK(condition)                                                                      \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            fprintf(stderr, "%s:%d: not true: %s\n", __FILE__, __LINE__, #condition);              \
-            abort();                                                                               \
-        }                                                                                          \
-    } while (0)
-
 static inline tl_ctx *fuzz_ctx_create(void)
 {
-    tl_ctx *ctx;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.budget_bytes = FUZZ_BUDGET_BYTES;
-    opts.thread_count = 1;
-    FUZZ_CHECK(tl_ctx_create(&opts, &ctx) == TL_OK);
-    return ctx;
+    return fuzz_ctx_within(FUZZ_BUDGET_BYTES);
 }
 
 static inline double fuzz_sum(const double *values, uint64_t count)
