@@ -249,6 +249,40 @@ TL_API tl_lidx tl_locator_find(const tl_locator *locator, const double x[3], tl_
 TL_API tl_lidx tl_locator_nearest(const tl_locator *locator, const double x[3], tl_lidx hint,
                                   double weights[4], double *distance);
 
+/* ---- points, lines, triangles: what is taken out of a mesh and drawn ---- */
+
+typedef enum tl_poly_kind {
+    TL_POLY_POINTS = 1,
+    TL_POLY_LINES = 2, /* polylines */
+    TL_POLY_TRIANGLES = 3
+} tl_poly_kind;
+
+/* Vertices with channels, and cells of one kind between them. Arrays are blocks of tl_mem_alloc. */
+typedef struct tl_polydata {
+    tl_poly_kind kind;
+    size_t vert_count;
+    double *xyz;    /* [vert_count][3], mesh units */
+    float *normals; /* [vert_count][3], one long, 0 where there is none; NULL: no normals */
+    size_t cell_count;
+    tl_lidx *corners;     /* triangles: [cell_count][3]; lines: their vertices, one line behind the
+                             other, [starts[cell_count]]; points: NULL, each vertex is a cell */
+    tl_lidx *starts;      /* lines: [cell_count + 1]; else NULL */
+    tl_channel *channels; /* [channel_count], on vertices; name, unit and values owned */
+    size_t channel_count;
+} tl_polydata;
+
+/* Frees the arrays and itself. ctx as it was made with; NULL is allowed. */
+TL_API void tl_polydata_destroy(tl_ctx *ctx, tl_polydata *polydata);
+/* Adds a channel on vertices; copies name and unit, takes over channel->values, a block of
+ * tl_mem_alloc [vert_count][components], on success only. */
+TL_API tl_status tl_polydata_adopt_channel(tl_ctx *ctx, tl_polydata *polydata,
+                                           const tl_channel *channel);
+/* Area of the triangles, or length of the lines, in mesh units (squared); 0 of points. */
+TL_API double tl_polydata_size(const tl_polydata *polydata);
+/* True for triangles each of whose edges belongs to exactly two of them, in opposite directions, by
+ * the numbers of its vertices. Triangles with a vertex twice count. */
+TL_API tl_status tl_polydata_closed(tl_ctx *ctx, const tl_polydata *polydata, bool *closed);
+
 #ifdef __cplusplus
 }
 #endif

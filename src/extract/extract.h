@@ -1,0 +1,43 @@
+/* Stage extract, internal: what the files of this stage share. */
+#ifndef TETRALOD_SRC_EXTRACT_H
+#define TETRALOD_SRC_EXTRACT_H
+
+#include "base/base.h"
+#include "tetralod/extract.h"
+
+/* Tets of a block of the range index, and of a piece of work. */
+enum { TLI_RANGE_TETS = 256, TLI_SLICE_TETS = 16 * TLI_RANGE_TETS };
+
+struct tl_range_index {
+    size_t tet_count;
+    double (*ranges)[2]; /* [blocks]; of finite values; least above largest where there is none */
+};
+
+/* An edge that is cut: its vertices, the smaller number in the upper half, and which value. */
+typedef struct tli_cut_edge {
+    uint64_t verts;
+    uint32_t level;
+} tli_cut_edge;
+
+/* Cut edges as pieces found them, in places of their own: piece p has edges [starts[p], starts[p] +
+ * counts[p]); an edge may be there several times. */
+typedef struct tli_cut_edges {
+    tli_cut_edge *edges;
+    size_t *starts; /* [piece_count + 1] */
+    size_t *counts; /* [piece_count] */
+    size_t piece_count;
+} tli_cut_edges;
+
+/* numbers [starts[piece_count]]: the vertex of each edge, counted in the order of the edges. Gives
+ * the edge of each vertex, unique [*vert_count]. */
+tl_status tli_weld_edges(tl_ctx *ctx, const tli_cut_edges *edges, uint32_t *numbers,
+                         tli_cut_edge **unique, size_t *vert_count);
+
+/* Spreads the bits of an edge. */
+static inline uint64_t tli_edge_hash(uint64_t verts, uint32_t level)
+{
+    uint64_t h = (verts ^ (uint64_t)level << 56) * UINT64_C(0x9e3779b97f4a7c15);
+    return h ^ h >> 29;
+}
+
+#endif
