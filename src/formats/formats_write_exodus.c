@@ -361,7 +361,7 @@ static int32_t *add_ids(writer *w, const char *status, const char *ids, uint32_t
 
 /* The dimensions that all parts use. */
 typedef struct dimensions {
-    uint32_t step, name, nodes, elements, block_count, space, tet_nodes;
+    uint32_t step, name, nodes, elements, block_count, space;
 } dimensions;
 
 static tl_status describe_mesh(writer *w, dimensions *dims)
@@ -377,7 +377,6 @@ static tl_status describe_mesh(writer *w, dimensions *dims)
     if (w->block_count) {
         dims->elements = add_dim(w, "num_elem", tl_mesh_tet_count(mesh));
         dims->block_count = add_dim(w, "num_el_blk", w->block_count);
-        dims->tet_nodes = add_dim(w, "num_nod_per_el1", 4);
     }
     name_table *names = add_names(w, "coor_names", dims->space, 3, dims->name, &st);
     slice *slices = tli_arena_alloc(&w->arena, 3, sizeof *slices, &st);
@@ -412,12 +411,13 @@ static tl_status describe_blocks(writer *w, dimensions *dims, uint32_t *block_di
         set_name(names, b, name ? name : "", "");
         lists[b] = (connection){tl_mesh_tets(w->mesh), from->first, w->order, w->index == TL_I64};
         const char *dim = numbered(w, "num_el_in_blk%zu", b + 1, 0, &st);
+        const char *nodes = numbered(w, "num_nod_per_el%zu", b + 1, 0, &st);
         const char *var = numbered(w, "connect%zu", b + 1, 0, &st);
         if (st) break;
         block_dims[b] = add_dim(w, dim, from->count);
         tli_ncw_var *connect = add_var(
             w, (tli_out_array){var, NULL, w->index, 4, from->count, fill_connection, &lists[b]},
-            block_dims[b], dims->tet_nodes);
+            block_dims[b], add_dim(w, nodes, 4));
         connect->attribute = "elem_type";
         connect->text = "TETRA";
     }
@@ -530,7 +530,7 @@ static tl_status describe(writer *w)
     const size_t nodal = component_count(w->mesh, TL_ON_VERTEX);
     const size_t element = component_count(w->mesh, TL_ON_TET) * w->block_count;
     dimensions dims = {0};
-    tl_status st = make_room(w, 10 + w->block_count + labels,
+    tl_status st = make_room(w, 9 + 2 * w->block_count + labels,
                              16 + w->block_count + 2 * labels + nodal + element);
     uint32_t *block_dims = tli_arena_alloc(&w->arena, w->block_count, sizeof *block_dims, &st);
     if (!st) st = describe_mesh(w, &dims);
