@@ -1,6 +1,8 @@
 /* Point location against brute force: regular, perturbed, thin, far away, with a cavity, in pieces,
  * with flat, inverted, overlapping and broken tets; from every kind of hint. */
 #include "base/base_predicates.h"
+#include "mesh/mesh.h"
+
 #include "fail_alloc.h"
 #include "make_mesh.h"
 
@@ -277,6 +279,69 @@ static void test_threads(void **state)
     make_release(&m);
 }
 
+/* Tets that a box was said to touch, up to a limit. */
+typedef struct visit {
+    uint8_t *seen;
+    size_t count, limit;
+} visit;
+
+static bool see(void *user, tl_lidx tet)
+{
+    visit *v = user;
+    CHECK(!v->seen[tet]);
+    v->seen[tet] = 1;
+    return ++v->count < v->limit;
+}
+
+/* All tets that touch a box are visited, each once; a visitor may end it. */
+static void test_boxes(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = open_ctx(1);
+    make_mesh m = make_grid(12);
+    uint64_t seed = 9;
+    size_t visited = 0, touched = 0;
+    make_perturb(&m, 0.02, 5);
+    tl_mesh *mesh = make_object(ctx, &m, NULL);
+    tl_locator *loc = NULL;
+    CHECK_OK(ctx, tl_locator_create(ctx, mesh, NULL, &loc));
+    visit v = {calloc(m.tet_count, 1), 0, 0};
+    CHECK(v.seen);
+    for (int i = 0; i < 100; i++) {
+        double low[3], high[3];
+        for (int k = 0; k < 3; k++) {
+            low[k] = 1.2 * make_uniform(&seed) - 0.1;
+            high[k] = low[k] + 0.2 * make_uniform(&seed);
+        }
+        memset(v.seen, 0, m.tet_count);
+        v.count = 0;
+        v.limit = SIZE_MAX;
+        tli_locator_box(loc, low, high, see, &v);
+        visited += v.count;
+        for (size_t t = 0; t < m.tet_count; t++) {
+            double p[4][3];
+            bool touches = corners_of(&m, t, p);
+            for (int k = 0; touches && k < 3; k++)
+                touches = fmin(fmin(p[0][k], p[1][k]), fmin(p[2][k], p[3][k])) <= high[k] &&
+                          fmax(fmax(p[0][k], p[1][k]), fmax(p[2][k], p[3][k])) >= low[k];
+            CHECK(v.seen[t] || !touches);
+            touched += touches;
+        }
+        if (v.count < 3) continue;
+        memset(v.seen, 0, m.tet_count);
+        v.count = 0;
+        v.limit = 2;
+        tli_locator_box(loc, low, high, see, &v);
+        CHECK_EQ(v.count, 2);
+    }
+    CHECK(touched > 1000 && visited < 4 * touched);
+    free(v.seen);
+    tl_locator_destroy(loc);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
 static tl_status call_create(tl_ctx *ctx, void *arg)
 {
     tl_locator *loc = NULL;
@@ -306,6 +371,7 @@ int main(void)
         cmocka_unit_test(test_pieces),  cmocka_unit_test(test_scales),
         cmocka_unit_test(test_hostile), cmocka_unit_test(test_nothing_to_find),
         cmocka_unit_test(test_threads), cmocka_unit_test(test_failing_allocations),
+        cmocka_unit_test(test_boxes),
     };
     return cmocka_run_group_tests_name("mesh_locator", tests, NULL, NULL);
 }

@@ -117,10 +117,14 @@ TL_API tl_status tl_cut_mesh(tl_cut *cut, const size_t *channels, size_t channel
 
 /* ---- proving ---- */
 
-/* How many cuts are tried: levels, errors, errors in a box and budgets in turn, drawn at random. */
+/* How many cuts are tried: errors, levels, errors in a box, budgets and views in turn, drawn at
+ * random. The same seed gives the same cuts, with any number of threads. */
 typedef struct tl_cut_check_opts {
     size_t struct_bytes;
     uint32_t cuts; /* default 12 */
+    uint32_t
+        meshes;    /* so many of them, the first ones, as whole meshes, which takes the memory and
+                      the time of making them; default UINT32_MAX: with an original all, else 12 */
     uint64_t seed; /* default 1 */
 } tl_cut_check_opts;
 TL_API tl_cut_check_opts tl_cut_check_opts_defaults(void);
@@ -134,7 +138,7 @@ typedef struct tl_cut_check_channel {
 } tl_cut_check_channel;
 
 typedef struct tl_cut_check_result {
-    uint32_t cuts_tried;
+    uint32_t cuts_tried, meshes_made;
     tl_cut_check_channel *channels; /* [channel_count], gives: tl_cut_check_release */
     size_t channel_count;
     double boundary_promised, boundary_measured; /* as of a channel, mesh units */
@@ -144,12 +148,15 @@ typedef struct tl_cut_check_result {
                           10 % */
 } tl_cut_check_result;
 
-/* Draws cuts and proves that each is a mesh that fits together, with no more inverted and flat tets
- * than the finest one and its volume within 0.5 % at errors up to 10 % of the ranges. With the
- * original (may be NULL) also, at every one of its vertices, that a point of the mesh within the
- * promised boundary distance has a value within the promised error, and the distance of the
- * boundaries, by brute force. TL_ERR_DATA names what does not hold. opts may be NULL. Gives
- * *result, empty on failure. */
+/* Draws cuts and proves that each is a mesh that fits together: every face at the border of a patch
+ * has the tets on its sides, with the same values at its corners, that it has in the patch's level
+ * as a whole; no more tets are inverted and flat than in the finest mesh; the volume is within 0.5
+ * % at errors up to 10 % of the ranges. Meshes are measured as wholes, too: no more faces of more
+ * than two tets and no more open edges than the finest one has. With the original (may be NULL)
+ * also, at every one of its vertices, that a point of the mesh within the promised boundary
+ * distance has a value within the promised error, and the distance of the boundaries, by brute
+ * force. TL_ERR_DATA names what does not hold. Runs on the pool, reports progress. opts may be
+ * NULL. Gives *result, empty on failure. */
 TL_API tl_status tl_cut_check(tl_ctx *ctx, tl_store *store, const tl_mesh *original,
                               const tl_cut_check_opts *opts, tl_cut_check_result *result);
 TL_API void tl_cut_check_release(tl_ctx *ctx, tl_cut_check_result *result);

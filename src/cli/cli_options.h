@@ -60,6 +60,7 @@ typedef enum cli_id {
     CLI_KEEP_FILL,
     CLI_AGAINST,
     CLI_CUTS,
+    CLI_MESHES,
     CLI_CHANNEL_ERROR,
     CLI_POSITION_ERROR,
     CLI_LOSSLESS,

@@ -1,92 +1,292 @@
-/* Random cuts of a model, each proved to be a mesh that fits together, and its promises measured by
- * brute force at every vertex of the original (DESIGN.md, section 5). */
+/* Random cuts of a model, each proved to fit together. Whether it does is told by the borders of
+ * its patches (cut_proof.c), in a fraction of the time that its mesh would take; of some the mesh
+ * is made and measured all the same, and held against the original. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "measure/measure.h"
-#include "tetralod/cut.h"
+#include "cut/cut_proof.h"
+#include "cut/cut_prover.h"
+#include "cut/cut_select.h"
 
-/* Rounding of a measured error, relative to the values at hand. */
-static const double SLACK = 1e-9;
 /* The volume is kept within this part, at errors up to that part of a channel's range. */
 static const double VOLUME_KEPT = 0.005, VOLUME_ERROR = 0.1;
 /* Kinds of cuts that are tried in turn. */
-enum { KIND_UNIFORM, KIND_LEVEL, KIND_BOX, KIND_BUDGET, KINDS };
-
-typedef struct prover {
-    tl_ctx *ctx;
-    const tl_store *store;
-    const tl_store_head *head;
-    const tl_mesh *original; /* NULL: only the shape is proved */
-    tl_cut *cut;
-    tl_mesh_stats finest;
-    uint64_t seed;
-    double *bounds; /* [channel_count] */
-    tl_cut_check_result *result;
-} prover;
+enum { KIND_UNIFORM, KIND_LEVEL, KIND_BOX, KIND_BUDGET, KIND_VIEW, KINDS };
+/* Meshes that are made without an original, unless told otherwise. */
+#define MESHES 12u
+/* Cuts that a thread tries in a row, and rows between two reports. */
+#define ROW_CUTS ((size_t)16)
+#define REPORT_ROWS ((size_t)16)
 
 tl_cut_check_opts tl_cut_check_opts_defaults(void)
 {
-    return (tl_cut_check_opts){.struct_bytes = sizeof(tl_cut_check_opts), .cuts = 12, .seed = 1};
+    return (tl_cut_check_opts){
+        .struct_bytes = sizeof(tl_cut_check_opts), .cuts = 12, .meshes = UINT32_MAX, .seed = 1};
 }
 
-/* splitmix64, in [0, 1) */
-static double draw(prover *p)
+/* ---- random cuts ---- */
+
+/* Every cut has dice of its own, so that it does not matter which thread tries it. */
+typedef struct dice {
+    uint64_t state;
+} dice;
+
+/* splitmix64 */
+static uint64_t scramble(uint64_t z)
 {
-    uint64_t z = (p->seed += 0x9e3779b97f4a7c15u);
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
+    return z ^ (z >> 31);
 }
 
-/* ---- cuts ---- */
+/* In [0, 1). */
+static double draw(dice *d)
+{
+    d->state += 0x9e3779b97f4a7c15u;
+    return (double)(scramble(d->state) >> 11) * 0x1p-53;
+}
 
 /* A bound for every channel, the same fraction of the errors of a random level. */
-static void draw_bounds(prover *p)
+static void draw_bounds(dice *d, const tl_store_head *h, double *bounds)
 {
-    const tl_store_head *h = p->head;
-    uint32_t level = (uint32_t)(draw(p) * h->level_count);
-    double part = 0.5 + draw(p);
+    uint32_t level = (uint32_t)(draw(d) * h->level_count);
+    double part = 0.5 + draw(d);
     for (uint32_t c = 0; c < h->channel_count; c++)
-        p->bounds[c] = h->levels[level].max_error[c] * part;
+        bounds[c] = h->levels[level].max_error[c] * part;
 }
 
-static void draw_box(prover *p, double box[6])
+static void draw_box(dice *d, const tl_store_head *h, double box[6])
 {
     for (int k = 0; k < 3; k++) {
-        double lo = p->head->stats.bounds[2 * k], hi = p->head->stats.bounds[2 * k + 1];
-        double a = lo + draw(p) * (hi - lo), size = (0.1 + 0.4 * draw(p)) * (hi - lo);
+        double lo = h->stats.bounds[2 * k], hi = h->stats.bounds[2 * k + 1];
+        double a = lo + draw(d) * (hi - lo), size = (0.1 + 0.4 * draw(d)) * (hi - lo);
         box[k] = a - size / 2;
         box[3 + k] = a + size / 2;
     }
 }
 
-/* The i-th cut; *uniform: the same error is asked for everywhere. */
-static tl_status move_cut(prover *p, uint32_t i, bool *uniform)
+/* From a place in or near the data set towards another one in it; of several pixels to thousands
+ * of them. */
+static double draw_view(dice *d, const tl_store_head *h, tl_camera *camera)
 {
-    tl_cut_query query = tl_cut_query_defaults();
-    double box[6];
-    unsigned kind = i % KINDS;
-    *uniform = kind == KIND_LEVEL;
-    if (kind == KIND_LEVEL)
-        query.level = (uint32_t)(draw(p) * p->head->level_count);
-    else if (kind == KIND_BUDGET)
-        query.tets_max = (uint64_t)((double)p->head->input_tets * pow(10, -2 * draw(p)));
-    else {
-        draw_bounds(p);
-        query.bounds.channels = p->bounds;
+    *camera = tl_camera_defaults();
+    for (int k = 0; k < 3; k++) {
+        double lo = h->stats.bounds[2 * k], width = h->stats.bounds[2 * k + 1] - lo;
+        camera->focal_point[k] = lo + width * draw(d);
+        camera->position[k] =
+            lo + width * (2 * draw(d) - 0.5) + 0.01 * h->stats.diagonal * (1 + draw(d));
     }
-    if (kind == KIND_BOX) {
-        draw_box(p, box);
-        query.box = box;
-    }
-    return tl_cut_update(p->cut, &query);
+    camera->view_up[0] = 0.3;
+    camera->view_up[1] = 0.5;
+    camera->view_angle = 10 + 80 * draw(d);
+    if (draw(d) < 0.25) camera->parallel_scale = h->stats.diagonal * (0.05 + draw(d));
+    return pow(10, 4 * draw(d) - 1);
 }
 
-/* ---- shape ---- */
+/* Moves a cut to the i-th one. bounds [channel_count] is scratch. */
+static tl_status move_cut(tl_cut *cut, const tl_store_head *head, uint64_t seed, size_t i,
+                          double *bounds)
+{
+    tl_cut_query query = tl_cut_query_defaults();
+    tl_camera camera;
+    double box[6];
+    dice d = {scramble(seed) ^ scramble(i + 1)};
+    switch (i % KINDS) {
+    case KIND_LEVEL: query.level = (uint32_t)(draw(&d) * head->level_count); break;
+    case KIND_BUDGET:
+        query.tets_max = (uint64_t)((double)head->input_tets * pow(10, -2 * draw(&d)));
+        break;
+    case KIND_VIEW:
+        query.pixels = draw_view(&d, head, &camera);
+        query.camera = &camera;
+        break;
+    default: draw_bounds(&d, head, bounds); query.bounds.channels = bounds;
+    }
+    if (i % KINDS == KIND_BOX) {
+        draw_box(&d, head, box);
+        query.box = box;
+    }
+    return tl_cut_update(cut, &query);
+}
 
-static tl_status prove_shape(prover *p, const tl_mesh *mesh, double error_share)
+static double largest_share(const tl_cut *cut, const tl_store_head *head)
+{
+    double largest = 0;
+    for (size_t c = 0; c < head->channel_count; c++) {
+        double width = head->channels[c].range[1] - head->channels[c].range[0];
+        if (width > 0) largest = fmax(largest, tl_cut_channel_error(cut, c) / width);
+    }
+    return largest;
+}
+
+/* ---- borders of patches ---- */
+
+/* What a thread of its own has. */
+typedef struct hand {
+    tl_ctx *ctx; /* a fork */
+    tl_cut *cut;
+    uint16_t *counts;
+    double *bounds;
+    uint32_t *patches; /* [patch count] of the cut in rising order, for sums that do not depend on
+                          the cuts before */
+    double volume_off;
+    size_t failed_at; /* the first cut that failed; SIZE_MAX: none */
+    tl_status status;
+} hand;
+
+typedef struct trial {
+    tl_ctx *ctx;
+    tl_store *store;
+    const tl_store_head *head;
+    const tli_proof *proof;
+    uint64_t seed;
+    size_t first, count; /* cuts of this round */
+    hand *hands;         /* [thread count] */
+    unsigned hand_count;
+} trial;
+
+static tl_status fail_tets(tl_ctx *ctx, uint64_t tets, uint64_t inverted, uint64_t flat,
+                           uint64_t finest_inverted, uint64_t finest_flat)
+{
+    return tl_fail(ctx, TL_ERR_DATA,
+                   "a cut of %llu tets has %llu inverted and %llu flat ones, the finest mesh has "
+                   "%llu and %llu",
+                   (unsigned long long)tets, (unsigned long long)inverted, (unsigned long long)flat,
+                   (unsigned long long)finest_inverted, (unsigned long long)finest_flat);
+}
+
+static tl_status keep_volume(tl_ctx *ctx, uint64_t tets, double volume, double finest, double share,
+                             double *volume_off)
+{
+    double off = fabs(volume - finest) / (finest != 0 ? fabs(finest) : 1);
+    if (share > VOLUME_ERROR) return TL_OK;
+    *volume_off = fmax(*volume_off, off);
+    if (off <= VOLUME_KEPT) return TL_OK;
+    return tl_fail(ctx, TL_ERR_DATA,
+                   "a cut of %llu tets has a volume of %g, the finest mesh has %g",
+                   (unsigned long long)tets, volume, finest);
+}
+
+static tl_status try_cut(const trial *t, hand *h, size_t i)
+{
+    tli_proof_sums sums;
+    size_t count = 0;
+    const tli_proof_sums *finest = &tli_proof_of_level(t->proof, 0)->sums;
+    tl_status st = move_cut(h->cut, t->head, t->seed, i, h->bounds);
+    const uint32_t *patches = tl_cut_patches(h->cut, &count);
+    memcpy(h->patches, patches, count * sizeof *patches);
+    tli_ids_sort(h->patches, count);
+    if (!st) st = tli_proof_patches(h->ctx, t->proof, h->patches, count, h->counts, &sums);
+    if (!st && sums.tets != tl_cut_get_state(h->cut).tets)
+        st = tl_fail(h->ctx, TL_ERR_DATA, "a cut has %llu tets, its patches have %llu",
+                     (unsigned long long)tl_cut_get_state(h->cut).tets,
+                     (unsigned long long)sums.tets);
+    if (!st && (sums.inverted > finest->inverted || sums.flat > finest->flat))
+        st = fail_tets(h->ctx, sums.tets, sums.inverted, sums.flat, finest->inverted, finest->flat);
+    if (!st)
+        st = keep_volume(h->ctx, sums.tets, sums.volume, finest->volume,
+                         largest_share(h->cut, t->head), &h->volume_off);
+    return st ? tl_note(h->ctx, st, "while trying cut %zu", i) : TL_OK;
+}
+
+static tl_status try_rows(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const trial *t = arg;
+    hand *h = &t->hands[worker];
+    for (size_t i = t->first + begin; i < t->first + end; i++) {
+        tl_status st = try_cut(t, h, i);
+        if (!st) continue;
+        h->failed_at = i;
+        return h->status = st;
+    }
+    return TL_OK;
+}
+
+static tl_status open_hands(trial *t)
+{
+    tl_status st = TL_OK;
+    t->hand_count = tl_ctx_thread_count(t->ctx);
+    t->hands = tl_mem_zalloc(t->ctx, t->hand_count, sizeof *t->hands, &st);
+    for (unsigned i = 0; !st && i < t->hand_count; i++) {
+        hand *h = &t->hands[i];
+        h->failed_at = SIZE_MAX;
+        st = tli_ctx_fork(t->ctx, &h->ctx);
+        if (!st) st = tl_cut_create(h->ctx, t->store, &h->cut);
+        if (!st) st = tli_proof_counts(h->ctx, t->proof, &h->counts);
+        h->bounds = st ? NULL : tl_mem_alloc(h->ctx, t->head->channel_count, sizeof(double), &st);
+        h->patches = st ? NULL : tl_mem_alloc(h->ctx, t->head->patch_count, sizeof(uint32_t), &st);
+        if (st) {
+            h->failed_at = 0;
+            h->status = st;
+        }
+    }
+    return st;
+}
+
+/* Returns the status of the first cut that failed, whose message it takes over. */
+static tl_status close_hands(trial *t, double *volume_off)
+{
+    unsigned first = 0;
+    for (unsigned i = 0; t->hands && i < t->hand_count; i++)
+        if (t->hands[i].failed_at < t->hands[first].failed_at) first = i;
+    tl_status st = t->hands ? t->hands[first].status : TL_OK;
+    for (unsigned i = 0; t->hands && i < t->hand_count; i++) {
+        hand *h = &t->hands[i];
+        *volume_off = fmax(*volume_off, h->volume_off);
+        tl_cut_destroy(h->cut);
+        if (!h->ctx) continue;
+        tl_mem_free(h->ctx, h->patches);
+        tl_mem_free(h->ctx, h->bounds);
+        tl_mem_free(h->ctx, h->counts);
+        if (i != first) tli_ctx_join(t->ctx, h->ctx, TL_OK);
+    }
+    if (t->hands) tli_ctx_join(t->ctx, t->hands[first].ctx, st);
+    tl_mem_free(t->ctx, t->hands);
+    return st;
+}
+
+/* Levels as wholes, which the cuts are held against. */
+static tl_status prove_levels(const trial *t)
+{
+    const uint64_t least = tli_proof_of_level(t->proof, 0)->odd_sides;
+    for (uint32_t l = 1; l < t->head->level_count; l++) {
+        const uint64_t odd = tli_proof_of_level(t->proof, l)->odd_sides;
+        if (odd > least)
+            return tl_fail(t->ctx, TL_ERR_DATA,
+                           "level %u does not fit together: %llu sides of faces at borders that "
+                           "are not those of one tet or of two, the finest level has %llu",
+                           l, (unsigned long long)odd, (unsigned long long)least);
+    }
+    return TL_OK;
+}
+
+/* Proves cuts [0, cuts) by the borders of their patches. */
+static tl_status prove_borders(tli_prover *p, const tl_cut_check_opts *o)
+{
+    tli_proof *proof = NULL;
+    trial t = {.ctx = p->ctx, .store = p->store, .head = p->head, .seed = o->seed};
+    tl_status st = tli_proof_create(p->ctx, p->store, &proof);
+    if (st) return st;
+    t.proof = proof;
+    st = prove_levels(&t);
+    if (!st) st = open_hands(&t);
+    while (!st && t.first < o->cuts) {
+        size_t left = o->cuts - t.first, round = ROW_CUTS * REPORT_ROWS;
+        t.count = left < round ? left : round;
+        st = tli_parallel(p->ctx, t.count, ROW_CUTS, try_rows, &t);
+        if (!st) t.first += t.count;
+        if (!st) st = tl_progress(p->ctx, "cuts", t.first, o->cuts);
+    }
+    p->result->cuts_tried = (uint32_t)t.first;
+    tl_status first = close_hands(&t, &p->result->volume_off);
+    tli_proof_destroy(proof);
+    return first ? first : st;
+}
+
+/* ---- meshes ---- */
+
+static tl_status prove_shape(tli_prover *p, const tl_mesh *mesh, double error_share)
 {
     tl_mesh_stats now;
     const tl_mesh_stats *f = &p->finest;
@@ -101,181 +301,27 @@ static tl_status prove_shape(prover *p, const tl_mesh *mesh, double error_share)
                        (unsigned long long)tets, now.nonmanifold_faces, now.nonmanifold_edges,
                        f->nonmanifold_faces, f->nonmanifold_edges);
     if (now.inverted > f->inverted || now.degenerate > f->degenerate)
-        return tl_fail(p->ctx, TL_ERR_DATA,
-                       "a cut of %llu tets has %zu inverted and %zu flat ones, the finest mesh has "
-                       "%zu and %zu",
-                       (unsigned long long)tets, now.inverted, now.degenerate, f->inverted,
-                       f->degenerate);
-    double off = fabs(now.volume - f->volume) / (f->volume != 0 ? fabs(f->volume) : 1);
-    if (error_share <= VOLUME_ERROR && off > p->result->volume_off) p->result->volume_off = off;
-    if (error_share <= VOLUME_ERROR && off > VOLUME_KEPT)
-        return tl_fail(p->ctx, TL_ERR_DATA,
-                       "a cut of %llu tets has a volume of %g, the finest mesh has %g",
-                       (unsigned long long)tets, now.volume, f->volume);
-    return TL_OK;
+        return fail_tets(p->ctx, tets, now.inverted, now.degenerate, f->inverted, f->degenerate);
+    return keep_volume(p->ctx, tets, now.volume, f->volume, error_share, &p->result->volume_off);
 }
 
-/* ---- promises ---- */
-
-/* Where the original vertices lie in the mesh of a cut. */
-typedef struct places {
-    tl_lidx *tets;
-    double (*weights)[4], *outside;
-    double *errors;
-} places;
-
-/* The difference at the nearest point of a tet. */
-static double error_in_tet(const tl_mesh *mesh, const tl_channel *copy, const tl_channel *channel,
-                           size_t v, tl_lidx tet, const double w[4])
-{
-    const tl_lidx self[4] = {(tl_lidx)v, (tl_lidx)v, (tl_lidx)v, (tl_lidx)v};
-    const double whole[4] = {1, 0, 0, 0};
-    tli_tet_point here = tli_tet_point_make(self, whole);
-    tli_tet_point there = tli_tet_point_make(mesh->tets + 4 * (size_t)tet, w);
-    return tli_point_error(channel, &here, copy, &there);
-}
-
-/* Is there a point within reach whose value is within the bound? The nearest points of all tets
- * are asked. */
-static bool holds_elsewhere(const tl_mesh *mesh, const tl_channel *copy, const tl_channel *channel,
-                            size_t v, const double x[3], double reach, double bound)
-{
-    for (size_t t = 0; t < mesh->tet_count; t++) {
-        double p[4][3], w[4];
-        bool far = false;
-        tli_tet_corners(mesh->xyz, mesh->tets + 4 * t, p);
-        for (int k = 0; k < 3 && !far; k++) {
-            double lo = fmin(fmin(p[0][k], p[1][k]), fmin(p[2][k], p[3][k]));
-            double hi = fmax(fmax(p[0][k], p[1][k]), fmax(p[2][k], p[3][k]));
-            far = lo > x[k] + reach || hi < x[k] - reach;
-        }
-        if (far || tl_tet_nearest(TLI_CORNERS(p), x, w) > reach) continue;
-        if (error_in_tet(mesh, copy, channel, v, (tl_lidx)t, w) <= bound) return true;
-    }
-    return false;
-}
-
-/* One channel on vertices at every original vertex. */
-static tl_status prove_channel(prover *p, const tl_mesh *mesh, const places *at, size_t c,
-                               double reach, bool uniform)
-{
-    const tl_store_channel *stored = &p->head->channels[c];
-    const tl_channel *channel = tl_mesh_channel_by_name(p->original, stored->name);
-    const tl_channel *copy = tl_mesh_channel_by_name(mesh, stored->name);
-    tl_cut_check_channel *r = &p->result->channels[c];
-    double promised = tl_cut_channel_error(p->cut, c), measured = 0;
-    double slack = SLACK * (stored->range[1] - stored->range[0] + fabs(stored->range[1]));
-    tl_field_error error;
-    if (stored->on != TL_ON_VERTEX) return TL_OK; /* one on vertices may have the same name */
-    if (!channel || !copy || channel->on != TL_ON_VERTEX || channel->components != copy->components)
-        return tl_fail(p->ctx, TL_ERR_DATA, "the original has no channel '%s'", stored->name);
-    tl_status st = tli_measure_channel(p->ctx, p->original, channel, mesh, copy, at->tets,
-                                       (const double(*)[4])at->weights, at->errors, &error);
-    for (size_t v = 0; !st && v < p->original->vert_count; v++) {
-        const double *x = p->original->xyz + 3 * v;
-        if (at->errors[v] > promised + slack &&
-            !holds_elsewhere(mesh, copy, channel, v, x, reach, promised + slack))
-            return tl_fail(p->ctx, TL_ERR_DATA,
-                           "channel '%s' is off by %g at vertex %zu, a cut of %zu tets promised %g",
-                           stored->name, at->errors[v], v, mesh->tet_count, promised);
-        measured = fmax(measured, fmin(at->errors[v], promised));
-    }
-    if (st) return st;
-    if (r->promised == 0 || measured * r->promised > r->measured * promised) {
-        r->promised = promised;
-        r->measured = measured;
-    }
-    if (uniform && measured > 0 && promised > r->looseness * measured)
-        r->looseness = promised / measured;
-    return TL_OK;
-}
-
-static tl_status prove_promises(prover *p, const tl_mesh *mesh, bool uniform)
-{
-    tl_status st = TL_OK;
-    size_t n = p->original->vert_count;
-    places at = {0};
-    tl_locator *locator = NULL;
-    double reach = tl_cut_get_state(p->cut).boundary_error + p->head->position_error;
-    double slack = SLACK * p->head->stats.diagonal;
-    tl_cut_check_result *r = p->result;
-    at.tets = tl_mem_alloc(p->ctx, n, sizeof *at.tets, &st);
-    at.weights = tl_mem_alloc(p->ctx, n, sizeof *at.weights, &st);
-    at.outside = tl_mem_alloc(p->ctx, n, sizeof *at.outside, &st);
-    at.errors = tl_mem_alloc(p->ctx, n, sizeof *at.errors, &st);
-    if (!st) st = tl_locator_create(p->ctx, mesh, NULL, &locator);
-    if (!st)
-        st = tli_measure_vertices(p->ctx, p->original, mesh, locator, NULL, at.tets, at.weights,
-                                  at.outside);
-    for (size_t v = 0; !st && v < n; v++) {
-        if (at.outside[v] > reach + slack)
-            st = tl_fail(p->ctx, TL_ERR_DATA,
-                         "vertex %zu is %g away from a cut of %zu tets, which promised %g", v,
-                         at.outside[v], mesh->tet_count, reach);
-        r->outside = fmax(r->outside, at.outside[v]);
-    }
-    for (size_t c = 0; !st && c < p->head->channel_count; c++)
-        st = prove_channel(p, mesh, &at, c, reach + slack, uniform);
-    tl_locator_destroy(locator);
-    void *blocks[] = {at.tets, at.weights, at.outside, at.errors};
-    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(p->ctx, blocks[i]);
-    return st;
-}
-
-/* The boundaries, both ways. */
-static tl_status prove_boundary(prover *p, const tl_mesh *mesh, bool uniform)
-{
-    tl_cut_check_result *r = p->result;
-    tl_compare_result found;
-    double promised = tl_cut_get_state(p->cut).boundary_error + p->head->position_error;
-    double slack = SLACK * p->head->stats.diagonal;
-    tl_status st = tl_mesh_compare(p->ctx, p->original, mesh, NULL, &found);
-    if (st) return st;
-    double measured = found.boundary_hausdorff;
-    tl_compare_release(p->ctx, &found);
-    if (measured > promised + slack)
-        return tl_fail(p->ctx, TL_ERR_DATA,
-                       "the boundary of a cut of %zu tets is off by %g, promised was %g",
-                       mesh->tet_count, measured, promised);
-    if (r->boundary_promised == 0 ||
-        measured * r->boundary_promised > r->boundary_measured * promised) {
-        r->boundary_promised = promised;
-        r->boundary_measured = measured;
-    }
-    if (uniform && measured > 0 && promised > r->boundary_looseness * measured)
-        r->boundary_looseness = promised / measured;
-    return TL_OK;
-}
-
-/* ---- all cuts ---- */
-
-static double largest_share(const prover *p)
-{
-    double largest = 0;
-    for (size_t c = 0; c < p->head->channel_count; c++) {
-        const tl_store_channel *channel = &p->head->channels[c];
-        double width = channel->range[1] - channel->range[0];
-        if (width > 0) largest = fmax(largest, tl_cut_channel_error(p->cut, c) / width);
-    }
-    return largest;
-}
-
-static tl_status prove_cut(prover *p, uint32_t i)
+static tl_status prove_mesh(tli_prover *p, uint64_t seed, size_t i, double *bounds)
 {
     tl_mesh *mesh = NULL;
-    bool uniform = false;
-    tl_status st = move_cut(p, i, &uniform);
+    const bool uniform = i % KINDS == KIND_LEVEL;
+    tl_status st = move_cut(p->cut, p->head, seed, i, bounds);
     if (!st) st = tl_cut_mesh(p->cut, NULL, 0, &mesh);
-    if (!st) st = prove_shape(p, mesh, largest_share(p));
-    if (!st && p->original) st = prove_promises(p, mesh, uniform);
-    if (!st && p->original && p->finest.nonfinite_verts == 0) st = prove_boundary(p, mesh, uniform);
-    if (!st) p->result->cuts_tried++;
+    if (!st) st = prove_shape(p, mesh, largest_share(p->cut, p->head));
+    if (!st && p->original) st = tli_prove_promises(p, mesh, uniform);
+    if (!st && p->original && p->finest.nonfinite_verts == 0)
+        st = tli_prove_boundary(p, mesh, uniform);
+    if (!st) p->result->meshes_made++;
     tl_mesh_destroy(mesh);
-    return st ? tl_note(p->ctx, st, "while trying cut %u", i) : TL_OK;
+    return st ? tl_note(p->ctx, st, "while trying cut %zu", i) : TL_OK;
 }
 
 /* The finest mesh, which all others are held against. */
-static tl_status measure_finest(prover *p)
+static tl_status measure_finest(tli_prover *p)
 {
     tl_cut_query query = tl_cut_query_defaults();
     tl_mesh *mesh = NULL;
@@ -291,34 +337,47 @@ static tl_status measure_finest(prover *p)
     return st;
 }
 
+/* Makes and measures the meshes of the first cuts. */
+static tl_status prove_meshes(tli_prover *p, const tl_cut_check_opts *o)
+{
+    tl_status st = TL_OK;
+    uint32_t count = o->meshes;
+    if (count == UINT32_MAX && !p->original) count = MESHES;
+    if (count > o->cuts) count = o->cuts;
+    if (!count) return TL_OK;
+    double *bounds = tl_mem_alloc(p->ctx, p->head->channel_count, sizeof *bounds, &st);
+    if (!st) st = tl_cut_create(p->ctx, p->store, &p->cut);
+    if (!st) st = measure_finest(p);
+    for (uint32_t i = 0; !st && i < count; i++) {
+        st = prove_mesh(p, o->seed, i, bounds);
+        if (!st) st = tl_progress(p->ctx, "meshes", i + 1, count);
+    }
+    tl_cut_destroy(p->cut);
+    tl_mem_free(p->ctx, bounds);
+    return st;
+}
+
 tl_status tl_cut_check(tl_ctx *ctx, tl_store *store, const tl_mesh *original,
                        const tl_cut_check_opts *opts, tl_cut_check_result *result)
 {
     tl_status st = TL_OK;
     tl_cut_check_opts o = tl_cut_check_opts_defaults();
     tl_cut_check_result r = {0};
-    prover p = {.ctx = ctx,
-                .store = store,
-                .head = tl_store_get_head(store),
-                .original = original,
-                .result = &r};
+    tli_prover p = {.ctx = ctx,
+                    .store = store,
+                    .head = tl_store_get_head(store),
+                    .original = original,
+                    .result = &r};
     *result = r;
     st = tli_opts_take(ctx, "tl_cut_check_opts", opts, &o, sizeof o);
-    p.seed = o.seed;
+    if (st) return st;
     r.channels = tl_mem_zalloc(ctx, p.head->channel_count, sizeof *r.channels, &st);
-    p.bounds = tl_mem_alloc(ctx, p.head->channel_count, sizeof *p.bounds, &st);
     if (!st) {
         r.channel_count = p.head->channel_count;
         for (size_t c = 0; c < r.channel_count; c++) r.channels[c].name = p.head->channels[c].name;
-        st = tl_cut_create(ctx, store, &p.cut);
     }
-    if (!st) st = measure_finest(&p);
-    for (uint32_t i = 0; !st && i < o.cuts; i++) {
-        st = prove_cut(&p, i);
-        if (!st) st = tl_progress(ctx, "cuts", i + 1, o.cuts);
-    }
-    tl_cut_destroy(p.cut);
-    tl_mem_free(ctx, p.bounds);
+    if (!st && o.cuts) st = prove_borders(&p, &o);
+    if (!st) st = prove_meshes(&p, &o);
     if (st)
         tl_cut_check_release(ctx, &r);
     else

@@ -1,6 +1,5 @@
 /* The mesh of a cut: patches in rising order, decoded on all threads; vertices that several patches
  * hold become one, told by place and twin. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "cut/cut_keys.h"
@@ -23,12 +22,6 @@ typedef struct weld {
     int32_t *regions; /* or NULL */
     double **values;  /* [channel_count] */
 } weld;
-
-static int by_number(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
 
 static tl_status decode_patches(void *arg, size_t begin, size_t end, unsigned worker)
 {
@@ -213,7 +206,7 @@ static tl_status list_patches(const tl_cut *cut, weld *w)
     w->verts = tl_mem_zalloc(w->ctx, w->count, sizeof *w->verts, &st);
     if (st) return st;
     memcpy(w->ids, cut->drawn.ids, w->count * sizeof *w->ids);
-    qsort(w->ids, w->count, sizeof *w->ids, by_number);
+    tli_ids_sort(w->ids, w->count);
     return TL_OK;
 }
 

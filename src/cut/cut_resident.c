@@ -2,8 +2,6 @@
  * not resident, its consumer is not refined after all, nor is anything that depends on it, and the
  * coarser patches that come back into view are asked in turn. What is left is closed upwards: of a
  * segment that stays all consumers stay, since a segment below one that goes would have gone. */
-#include <stdlib.h>
-
 #include "cut/cut_object.h"
 
 /* Takes segment and the refined ones below it out of the set. */
@@ -42,13 +40,6 @@ static bool inputs_are_there(tl_cut *c, uint32_t segment)
         there = false;
     }
     return there;
-}
-
-/* Patches are numbered by consumer, coarse levels first: the lowest number serves most. */
-static int by_number(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
 }
 
 /* Keeps of list and fringe what is still refined, or exposed by something refined. */
@@ -94,6 +85,7 @@ tl_status tli_cut_trim(tl_cut *c)
             changed = any = true;
         }
     }
-    qsort(c->wanted.ids, c->wanted.count, sizeof *c->wanted.ids, by_number);
+    /* patches are numbered by consumer, coarse levels first: the lowest number serves most */
+    tli_ids_sort(c->wanted.ids, c->wanted.count);
     return any ? rebuild(c) : TL_OK;
 }

@@ -4,6 +4,19 @@
  * depend on the order in which segments are looked at. */
 #include "cut/cut_select.h"
 
+#include <stdlib.h>
+
+static int by_number(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+void tli_ids_sort(uint32_t *ids, size_t count)
+{
+    qsort(ids, count, sizeof *ids, by_number);
+}
+
 static uint32_t *make_ids(tl_ctx *ctx, const tl_store_head *head, tl_status *st)
 {
     return tl_mem_zalloc(ctx, head->segment_count, sizeof(uint32_t), st);

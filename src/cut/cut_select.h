@@ -9,6 +9,8 @@ typedef struct tli_ids {
     uint32_t *ids;
     size_t count;
 } tli_ids;
+/* Into rising order. */
+void tli_ids_sort(uint32_t *ids, size_t count);
 
 /* A set of refined segments that is closed upwards. A segment is in it where refined[segment] is
  * stamp, and has a drawn output or none any more where exposed[segment] is. Arrays are

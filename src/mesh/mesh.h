@@ -78,6 +78,11 @@ typedef struct tli_tet_shape {
 } tli_tet_shape;
 void tli_tet_measure(const double p[4][3], tli_tet_shape *shape);
 
+/* Calls fn for every tet whose box may touch the box low .. high, until it returns false. Flat and
+ * inverted tets are among them. mesh_locator.c */
+void tli_locator_box(const tl_locator *locator, const double low[3], const double high[3],
+                     bool (*fn)(void *user, tl_lidx tet), void *user);
+
 /* Adds the qualifier that ISO C before C23 does not add to an array of arrays by itself. */
 #define TLI_CORNERS(p) ((const double(*)[3])(p))
 

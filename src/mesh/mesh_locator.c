@@ -149,6 +149,48 @@ tl_lidx tl_locator_find(const tl_locator *locator, const double x[3], tl_lidx hi
     return tet != TL_NONE ? tet : find_in_tree(locator, x, weights);
 }
 
+/* ---- all tets of a box ---- */
+
+static bool visit_leaf(const tli_tree *tree, size_t leaf, bool (*fn)(void *user, tl_lidx tet),
+                       void *user)
+{
+    size_t begin = leaf * TLI_TREE_WIDTH, end = begin + TLI_TREE_WIDTH;
+    if (end > tree->item_count) end = tree->item_count;
+    for (size_t i = begin; i < end; i++)
+        if (!fn(user, tree->order[i])) return false;
+    return true;
+}
+
+void tli_locator_box(const tl_locator *locator, const double low[3], const double high[3],
+                     bool (*fn)(void *user, tl_lidx tet), void *user)
+{
+    const tli_tree *tree = &locator->tree;
+    tli_tree_node stack[TLI_TREE_STACK];
+    unsigned depth = 0;
+    float from[3], to[3];
+    for (int k = 0; k < 3; k++) {
+        from[k] = tli_float_below(low[k] - tree->center[k]);
+        to[k] = tli_float_above(high[k] - tree->center[k]);
+    }
+    if (tree->level_count) stack[depth++] = (tli_tree_node){0, tree->level_count, 0};
+    while (depth) {
+        tli_tree_node at = stack[--depth];
+        if (at.level == 0) {
+            if (!visit_leaf(tree, at.node, fn, user)) return;
+            continue;
+        }
+        const tli_tree_block *block = children(tree, at);
+        for (int c = 0; c < TLI_TREE_WIDTH; c++) {
+            bool touches = true;
+            for (int k = 0; k < 3; k++)
+                touches = touches & (block->low[k][c] <= to[k]) & (block->high[k][c] >= from[k]);
+            if (touches)
+                stack[depth++] =
+                    (tli_tree_node){at.node * TLI_TREE_WIDTH + (tl_lidx)c, at.level - 1, 0};
+        }
+    }
+}
+
 /* ---- the nearest tet ---- */
 
 typedef struct nearest {
