@@ -149,8 +149,8 @@ typedef struct tl_cut_check_result {
 } tl_cut_check_result;
 
 /* Draws cuts and proves that each is a mesh that fits together: every face at the border of a patch
- * has the tets on its sides, with the same values at its corners, that it has in the patch's level
- * as a whole; no more tets are inverted and flat than in the finest mesh; the volume is within 0.5
+ * has the tets on its sides, with the same values at its corners, that it has in a level as a
+ * whole; no more tets are inverted and flat than in the finest mesh; the volume is within 0.5
  * % at errors up to 10 % of the ranges. Meshes are measured as wholes, too: no more faces of more
  * than two tets and no more open edges than the finest one has. With the original (may be NULL)
  * also, at every one of its vertices, that a point of the mesh within the promised boundary

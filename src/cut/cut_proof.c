@@ -1,7 +1,8 @@
 /* Proofs that patches fit together. A cut fits together where each face at the border of one of its
- * patches has the neighbour that it has in the patch's own level as a whole: inner faces two tets,
- * one on each side, faces of the boundary one. So faces are matched once, over the whole model;
- * afterwards a cut is proved by counting numbers, without a mesh being made. */
+ * patches has the tets that it has in a level as a whole: inner faces two, one on each side, faces
+ * of the boundary one. (Levels may differ: where a flat tet at the boundary goes, the face behind
+ * it is boundary from then on.) So faces are matched once, over the whole model; afterwards a cut
+ * is proved by counting numbers, without a mesh being made. */
 #include "cut/cut_proof.h"
 
 #include "base/base_predicates.h"
@@ -9,12 +10,19 @@
 #include "cut/cut_keys.h"
 #include "mesh/mesh.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* Patches decoded between two steps that one thread takes. */
 #define ROUND_PATCHES ((size_t)256)
 /* Tets on a side of a face are counted in 8 bits, up to this. */
 #define SIDE_MOST 255u
+
+/* What a face has in another level than the first. */
+typedef struct other {
+    uint32_t face;
+    uint16_t count;
+} other;
 
 /* What a patch adds to a mesh. */
 typedef struct facts {
@@ -26,11 +34,13 @@ struct tli_proof {
     tl_ctx *ctx;
     const tl_store *store;
     const tl_store_head *head;
-    facts *patches;     /* [patch count] */
-    uint32_t *sides;    /* [side_count] 2 * face + side; all patches one after another */
-    uint16_t *expected; /* [side_count] tets on both sides of the face, in the patch's level */
+    facts *patches;  /* [patch count] */
+    uint32_t *sides; /* [side_count] 2 * face + side; all patches one after another */
     size_t side_count, side_capacity;
+    uint16_t *expected; /* [face_count] tets on both sides, in the first level that has the face */
     uint32_t face_count;
+    other *others; /* [other_count] those of further levels that differ, by face */
+    size_t other_count, other_capacity;
     tli_proof_level *levels; /* [level count] */
 };
 
@@ -207,7 +217,6 @@ static tl_status add_side(builder *b, const uint16_t *tet, unsigned i)
     if (!st && p->side_count == p->side_capacity) {
         const size_t capacity = p->side_capacity ? 2 * p->side_capacity : 65536;
         p->sides = tl_mem_resize(b->ctx, p->sides, capacity, sizeof *p->sides, &st);
-        p->expected = tl_mem_resize(b->ctx, p->expected, capacity, sizeof *p->expected, &st);
         if (!st) p->side_capacity = capacity;
     }
     if (!st) p->sides[p->side_count++] = 2 * face + side;
@@ -255,17 +264,37 @@ static bool is_odd(uint16_t count)
     return count != 0x0001 && count != 0x0100 && count != 0x0101;
 }
 
-/* Counts a level as a whole: its sides are those from first on. */
-static tl_status finish_level(builder *b, uint32_t level, size_t first)
+static tl_status add_other(builder *b, uint32_t face, uint16_t count)
+{
+    tli_proof *p = b->proof;
+    tl_status st = TL_OK;
+    if (p->other_count == p->other_capacity) {
+        const size_t capacity = 2 * p->other_capacity + 64;
+        p->others = tl_mem_resize(b->ctx, p->others, capacity, sizeof *p->others, &st);
+        if (st) return st;
+        p->other_capacity = capacity;
+    }
+    p->others[p->other_count++] = (other){face, count};
+    return st;
+}
+
+/* Counts a level as a whole: its sides are those from first on, its new faces those from
+ * first_face on. */
+static tl_status finish_level(builder *b, uint32_t level, size_t first, uint32_t first_face)
 {
     tli_proof *p = b->proof;
     tl_status st = TL_OK;
     p->face_count = b->faces.count;
     uint16_t *counts = tl_mem_zalloc(b->ctx, p->face_count, sizeof *counts, &st);
+    p->expected = tl_mem_resize(b->ctx, p->expected, p->face_count, sizeof *p->expected, &st);
     for (size_t i = first; !st && i < p->side_count; i++) count_side(counts, p->sides[i]);
     for (size_t i = first; !st && i < p->side_count; i++) {
-        p->expected[i] = counts[p->sides[i] / 2];
-        p->levels[level].odd_sides += is_odd(p->expected[i]);
+        const uint32_t face = p->sides[i] / 2;
+        p->levels[level].odd_sides += is_odd(counts[face]);
+        if (face >= first_face)
+            p->expected[face] = counts[face];
+        else if (p->expected[face] != counts[face])
+            st = add_other(b, face, counts[face]);
     }
     tl_mem_free(b->ctx, counts);
     return st;
@@ -284,6 +313,7 @@ static tl_status add_level(builder *b, uint32_t level, const uint32_t *ids, size
                            size_t done)
 {
     const size_t first = b->proof->side_count;
+    const uint32_t first_face = b->proof->face_count;
     tl_status st = TL_OK;
     for (size_t at = 0; !st && at < count; at += b->count) {
         st = tl_progress(b->ctx, "borders", done + at, b->proof->head->patch_count);
@@ -296,7 +326,7 @@ static tl_status add_level(builder *b, uint32_t level, const uint32_t *ids, size
         }
         drop_raws(b);
     }
-    return st ? st : finish_level(b, level, first);
+    return st ? st : finish_level(b, level, first, first_face);
 }
 
 /* All patches by level, the coarsest first. */
@@ -319,6 +349,13 @@ static tl_status add_levels(builder *b)
     return st;
 }
 
+static int by_face(const void *a, const void *b)
+{
+    const other *x = a, *y = b;
+    if (x->face != y->face) return x->face < y->face ? -1 : 1;
+    return (x->count > y->count) - (x->count < y->count);
+}
+
 /* ---- the object ---- */
 
 tl_status tli_proof_create(tl_ctx *ctx, tl_store *store, tli_proof **proof)
@@ -337,6 +374,7 @@ tl_status tli_proof_create(tl_ctx *ctx, tl_store *store, tli_proof **proof)
     if (!st) st = tli_keys_open(ctx, 0, &b.places);
     if (!st) st = tli_keys_open(ctx, 0, &b.faces);
     if (!st) st = add_levels(&b);
+    if (!st && p->other_count) qsort(p->others, p->other_count, sizeof *p->others, by_face);
     tli_keys_close(&b.faces);
     tli_keys_close(&b.places);
     void *blocks[] = {b.raws, b.local, b.verts, b.vert_levels, b.vert_values};
@@ -352,6 +390,7 @@ void tli_proof_destroy(tli_proof *p)
 {
     if (!p) return;
     tl_mem_free(p->ctx, p->levels);
+    tl_mem_free(p->ctx, p->others);
     tl_mem_free(p->ctx, p->expected);
     tl_mem_free(p->ctx, p->sides);
     tl_mem_free(p->ctx, p->patches);
@@ -373,6 +412,14 @@ tl_status tli_proof_counts(tl_ctx *ctx, const tli_proof *p, uint16_t **counts)
 
 /* ---- proving ---- */
 
+static bool is_expected(const tli_proof *p, uint32_t face, uint16_t count)
+{
+    const other key = {face, count};
+    if (p->expected[face] == count) return true;
+    return p->other_count &&
+           bsearch(&key, p->others, p->other_count, sizeof *p->others, by_face) != NULL;
+}
+
 static tl_status fail_at(tl_ctx *ctx, const tli_proof *p, uint32_t patch, uint16_t count,
                          uint16_t expected)
 {
@@ -381,7 +428,7 @@ static tl_status fail_at(tl_ctx *ctx, const tli_proof *p, uint32_t patch, uint16
     if (st) return st;
     return tl_fail(ctx, TL_ERR_DATA,
                    "patch %u of level %u does not fit to what is drawn around it: a face at its "
-                   "border has %u and %u tets on its sides, in the level as a whole %u and %u",
+                   "border has %u and %u tets on its sides, in a level as a whole %u and %u",
                    patch, info.level, count & SIDE_MOST, count >> 8, expected & SIDE_MOST,
                    expected >> 8);
 }
@@ -398,14 +445,14 @@ tl_status tli_proof_patches(tl_ctx *ctx, const tli_proof *p, const uint32_t *pat
         for (size_t s = f->first_side; s < f->first_side + f->side_count; s++)
             count_side(counts, p->sides[s]);
     }
-    for (size_t i = 0; i < patch_count; i++) {
+    for (size_t i = 0; i < patch_count && wrong == TL_NONE; i++) {
         const facts *f = &p->patches[patches[i]];
         for (size_t s = f->first_side; s < f->first_side + f->side_count; s++) {
-            const uint16_t found = counts[p->sides[s] / 2];
-            if (found == p->expected[s] || patches[i] >= wrong) continue;
+            const uint32_t face = p->sides[s] / 2;
+            if (is_expected(p, face, counts[face])) continue;
             wrong = patches[i];
-            count = found;
-            expected = p->expected[s];
+            count = counts[face];
+            expected = p->expected[face];
         }
     }
     for (size_t i = 0; i < patch_count; i++) {

@@ -32,8 +32,8 @@ const tli_proof_level *tli_proof_of_level(const tli_proof *proof, uint32_t level
 
 /* What a cut is counted in; one a thread. Gives *counts (tl_mem_free). */
 tl_status tli_proof_counts(tl_ctx *ctx, const tli_proof *proof, uint16_t **counts);
-/* Proves that every face of the patches [patch_count] has the tets on both sides that it has in the
- * level of its patch as a whole. TL_ERR_DATA names a patch where that is not so. counts, of
+/* Proves that every face of the patches [patch_count] has the tets on both sides that it has in a
+ * level as a whole. TL_ERR_DATA names the first patch where that is not so. counts, of
  * tli_proof_counts, is the same afterwards. Any thread, ctx being its own. */
 tl_status tli_proof_patches(tl_ctx *ctx, const tli_proof *proof, const uint32_t *patches,
                             size_t patch_count, uint16_t *counts, tli_proof_sums *sums);
