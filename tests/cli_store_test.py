@@ -45,6 +45,18 @@ class Models(unittest.TestCase):
                          {"connectivity": 8, "positions": 384, "channels": 8 * 54 / 3})
         self.assertEqual(said["border_share"], 0.6)
 
+    def test_info_details(self):
+        """What only the whole index tells: one segment that takes up two leaves and hands on one root."""
+        done = run("info", self.path, "--json", "--details")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        said = json.loads(done.stdout)
+        view = {"tets": 2, "patches": 2, "segments": 1}
+        self.assertEqual(said["full_detail_at_a_point"], {"mean": view, "worst": view})
+        self.assertEqual([set(level["error"][0]) for level in said["levels"]], [{"channel", "error", "rms"}] * 2)
+        self.assertLessEqual(said["levels"][1]["error"][0]["rms"], 0.046875)
+        done = run("info", self.path, "--details")
+        self.assertIn("full detail at one point draws 2 tets in 2 patches, 2 in 2 at most", done.stdout)
+
     def test_info_for_people(self):
         done = run("info", self.path)
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -334,6 +334,13 @@ static int run(cli_session *session)
     return exit_status;
 }
 
+static const cli_option MODEL[] = {
+    {CLI_DETAILS, 0, "details", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "of a model, read the whole index: the RMS error of each level, and what is drawn where the "
+     "mesh is finest at one point and as coarse as that allows elsewhere"},
+};
+static const cli_group MODEL_GROUP = {"Models", MODEL, sizeof MODEL / sizeof *MODEL};
+
 static const char *const EXAMPLES[] = {"tetralod info flow.vtu",
                                        "Cells, box, quality and channels of a file",
                                        "tetralod info neghip.raw --raw 64,64,64,u8",
@@ -354,6 +361,6 @@ const cli_verb cli_verb_info = {
         "Bounds are x0 x1 y0 y1 z0 z1. The range of a vector or tensor is that of its norm. A "
         "file without volume cells is listed too; of a model (.tlod) also its levels. In JSON, "
         "dihedral angles are in degrees.",
-    .groups = {&cli_group_reading, &cli_group_common},
+    .groups = {&MODEL_GROUP, &cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

@@ -67,7 +67,8 @@ static void json_regions(json_t *object, const tl_store_head *head)
     }
 }
 
-static void json_levels(json_t *object, const tl_store_head *head)
+/* graph may be NULL. */
+static void json_levels(json_t *object, const tl_store_head *head, const cli_graph *graph)
 {
     json_t *list = cli_json_list(object, "levels");
     for (uint32_t l = 0; l < head->level_count; l++) {
@@ -83,8 +84,24 @@ static void json_levels(json_t *object, const tl_store_head *head)
             json_t *error = cli_json_item(errors);
             cli_json_text(error, "channel", head->channels[c].name);
             cli_json_real(error, "error", level->max_error[c]);
+            if (graph) cli_json_real(error, "rms", graph->rms[l * head->channel_count + c]);
         }
     }
+}
+
+static void json_view(json_t *object, const char *key, const cli_graph_view *view)
+{
+    json_t *item = cli_json_object(object, key);
+    cli_json_count(item, "tets", view->tets);
+    cli_json_count(item, "patches", view->patches);
+    cli_json_count(item, "segments", view->segments);
+}
+
+static void json_locality(json_t *object, const cli_graph *graph)
+{
+    json_t *item = cli_json_object(object, "full_detail_at_a_point");
+    json_view(item, "mean", &graph->mean);
+    json_view(item, "worst", &graph->worst);
 }
 
 static void json_sizes(json_t *object, const tl_store_head *head)
@@ -103,7 +120,8 @@ static void json_sizes(json_t *object, const tl_store_head *head)
     cli_json_real(object, "position_error", head->position_error);
 }
 
-static void print_json(const cli_session *session, const char *path, const tl_store_head *head)
+static void print_json(const cli_session *session, const char *path, const tl_store_head *head,
+                       const cli_graph *graph)
 {
     json_t *object = json_object();
     cli_json_text(object, "file", path);
@@ -119,7 +137,8 @@ static void print_json(const cli_session *session, const char *path, const tl_st
     cli_json_count(object, "segments", head->segment_count);
     cli_json_count(object, "patches", head->patch_count);
     cli_json_count(object, "root_patches", head->root_patch_count);
-    json_levels(object, head);
+    json_levels(object, head, graph);
+    if (graph) json_locality(object, graph);
     json_sizes(object, head);
     cli_json_facts(object, session->ctx);
     cli_json_print(object);
@@ -206,12 +225,25 @@ static double worst_share(const tl_store_head *head, const tl_store_level *level
     return worst;
 }
 
-static tl_status print_levels(tl_ctx *ctx, const tl_store_head *head)
+/* The same of the RMS error. */
+static double worst_rms(const tl_store_head *head, const cli_graph *graph, uint32_t level)
+{
+    double worst = 0;
+    for (uint32_t c = 0; c < head->channel_count; c++) {
+        const double width = width_of(&head->channels[c]);
+        if (width > 0) worst = fmax(worst, graph->rms[level * head->channel_count + c] / width);
+    }
+    return worst;
+}
+
+/* graph may be NULL. */
+static tl_status print_levels(tl_ctx *ctx, const tl_store_head *head, const cli_graph *graph)
 {
     cli_table table;
-    tl_status st = cli_table_create(ctx, head->level_count + 1, 6, &table);
+    tl_status st = cli_table_create(ctx, head->level_count + 1, graph ? 7 : 6, &table);
     if (st) return st;
-    cli_table_head(&table, "level|tets|segments|patches|error|boundary error");
+    cli_table_head(&table, graph ? "level|tets|segments|patches|error|boundary error|RMS error"
+                                 : "level|tets|segments|patches|error|boundary error");
     for (uint32_t l = 0; l < head->level_count; l++) {
         const tl_store_level *level = &head->levels[l];
         cli_table_set(&table, l + 1, 0, cli_count(l));
@@ -220,6 +252,7 @@ static tl_status print_levels(tl_ctx *ctx, const tl_store_head *head)
         cli_table_set(&table, l + 1, 3, cli_count(level->patch_count));
         cli_table_set(&table, l + 1, 4, cli_share(worst_share(head, level), 1));
         cli_table_set(&table, l + 1, 5, cli_share(level->boundary_error, head->stats.diagonal));
+        if (graph) cli_table_set(&table, l + 1, 6, cli_share(worst_rms(head, graph, l), 1));
     }
     putchar('\n');
     cli_table_print(&table, 0);
@@ -227,7 +260,15 @@ static tl_status print_levels(tl_ctx *ctx, const tl_store_head *head)
     return TL_OK;
 }
 
-static tl_status print_text(cli_session *session, const char *path, const tl_store_head *head)
+static void print_locality(const cli_graph *graph)
+{
+    printf("\nlocality    full detail at one point draws %s tets in %s patches, %s in %s at most\n",
+           cli_count(graph->mean.tets).s, cli_count(graph->mean.patches).s,
+           cli_count(graph->worst.tets).s, cli_count(graph->worst.patches).s);
+}
+
+static tl_status print_text(cli_session *session, const char *path, const tl_store_head *head,
+                            const cli_graph *graph)
 {
     printf("%-10s  %s: a model of %s tets, %s vertices (%s)\n", "read", path,
            cli_count(head->input_tets).s, cli_count(head->input_verts).s,
@@ -237,17 +278,25 @@ static tl_status print_text(cli_session *session, const char *path, const tl_sto
     print_regions(head);
     print_sizes(head);
     tl_status st = print_channels(session->ctx, head);
-    return st ? st : print_levels(session->ctx, head);
+    if (!st) st = print_levels(session->ctx, head, graph);
+    if (!st && graph) print_locality(graph);
+    return st;
 }
 
 int cli_info_store(cli_session *session, const char *path)
 {
     tl_store *store = NULL;
+    cli_graph graph = {0}, *details = NULL;
     tl_status st = tl_store_open(session->ctx, path, &store);
+    if (!st && cli_get(session, CLI_DETAILS)->given) {
+        st = cli_graph_create(session->ctx, store, &graph);
+        details = &graph;
+    }
     if (!st && cli_get(session, CLI_JSON)->given)
-        print_json(session, path, tl_store_get_head(store));
+        print_json(session, path, tl_store_get_head(store), details);
     else if (!st && cli_loud(session))
-        st = print_text(session, path, tl_store_get_head(store));
+        st = print_text(session, path, tl_store_get_head(store), details);
+    cli_graph_destroy(session->ctx, &graph);
     tl_store_close(store);
     return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }

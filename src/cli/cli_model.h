@@ -3,9 +3,24 @@
 #define TETRALOD_CLI_MODEL_H
 
 #include "cli_session.h"
+#include "tetralod/store.h"
 
 /* What 'info' says of a model. Returns an exit status. */
 int cli_info_store(cli_session *session, const char *path);
+
+/* What is drawn, and how many segments are refined for it. */
+typedef struct cli_graph_view {
+    uint64_t tets, patches, segments;
+} cli_graph_view;
+/* What the whole index of a model tells. */
+typedef struct cli_graph {
+    cli_graph_view mean, worst; /* where the mesh is finest at one point */
+    double *rms;     /* [level_count][channel_count] of whole levels, in the channel's unit */
+    double *carried; /* [level_count] original vertices */
+} cli_graph;
+/* Reads the whole index. */
+tl_status cli_graph_create(tl_ctx *ctx, const tl_store *store, cli_graph *graph);
+void cli_graph_destroy(tl_ctx *ctx, cli_graph *graph);
 
 /* The keys of a mesh's measures; null where one is not known. */
 void cli_json_stats(json_t *object, const tl_mesh_stats *stats);

@@ -70,6 +70,7 @@ typedef enum cli_id {
     CLI_REDUCTION,
     CLI_TMP,
     CLI_REGION,
+    CLI_DETAILS,
     CLI_FAST,
     CLI_STEP,
     CLI_TIME,
