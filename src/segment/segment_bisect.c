@@ -1,137 +1,104 @@
-/* Graphs to parts without a library: recursive bisection. A half is what a breadth-first walk from
- * a node at the rim reaches first; then nodes at the cut change sides as long as that shortens it
- * and keeps the balance. Weaker than METIS by some tenths of the cut, and slower per part; here so
- * that a build without METIS does the same work. */
+/* Graphs to parts without a library: halves of halves (segment_halve.c). Here so that a build
+ * without METIS does the same work; cuts are as short as those of METIS within some percent
+ * (docs/notes/2026-11-22-partitions.md). */
+#include "segment/segment_halve.h"
 #include "segment/segment_octree.h"
 
-#include <string.h>
+#include <math.h>
 
-#define REFINE_ROUNDS 8
-/* A half may be that part of its weight above what it should have. */
-#define SLACK 0.01
+/* A part's weight over the mean at most, where the nodes allow it; METIS is told the same. */
+#define IMBALANCE 1.1
 
 typedef struct bisection {
-    const tli_graph *graph;
-    uint32_t *nodes; /* all nodes, those of one part in a row */
-    uint32_t *queue; /* [node_count] */
-    uint32_t *group; /* [node_count] the part a node is in now */
-    uint32_t *seen;  /* [node_count] number of the walk that saw it last */
-    uint32_t walk;
+    tl_ctx *ctx;
+    double part_max;  /* weight of a part at most */
+    uint32_t *parts;  /* [nodes of the whole] */
+    uint32_t *number; /* [nodes of the whole] scratch: of a node in its half */
 } bisection;
 
-/* Nodes of group in breadth-first order from start into queue; returns how many. Pieces that hang
- * together otherwise follow one after the other. */
-static uint32_t walk_from(bisection *b, const uint32_t *nodes, uint32_t count, uint32_t group,
-                          uint32_t start)
+static tl_status divide(bisection *b, const tli_graph *graph, const uint32_t *nodes, uint32_t first,
+                        uint32_t part_count);
+
+/* The nodes of one side with the edges among them, divided further. */
+static tl_status divide_side(bisection *b, const tli_graph *graph, const uint32_t *nodes,
+                             const uint8_t *side, uint8_t which, uint32_t first,
+                             uint32_t part_count)
 {
-    const tli_graph *g = b->graph;
-    uint32_t head = 0, tail = 0, next = 0;
-    b->walk++;
-    b->queue[tail++] = start;
-    b->seen[start] = b->walk;
-    while (tail < count || head < tail) {
-        if (head == tail) {
-            while (b->seen[nodes[next]] == b->walk) next++;
-            b->seen[nodes[next]] = b->walk;
-            b->queue[tail++] = nodes[next];
-        }
-        uint32_t node = b->queue[head++];
-        for (uint32_t e = g->begins[node]; e < g->begins[node + 1]; e++) {
-            uint32_t other = g->targets[e];
-            if (b->group[other] != group || b->seen[other] == b->walk) continue;
-            b->seen[other] = b->walk;
-            b->queue[tail++] = other;
+    tl_status st = TL_OK;
+    tli_graph half = {0};
+    uint32_t count = 0, edges = 0;
+    for (uint32_t i = 0; i < graph->node_count; i++) {
+        if (side[i] != which) continue;
+        b->number[i] = count++;
+        edges += graph->begins[i + 1] - graph->begins[i];
+    }
+    if (!count) return TL_OK;
+    uint32_t *kept = tl_mem_alloc(b->ctx, count, sizeof *kept, &st);
+    half.begins = tl_mem_alloc(b->ctx, (size_t)count + 1, sizeof *half.begins, &st);
+    half.targets = tl_mem_alloc(b->ctx, edges, sizeof *half.targets, &st);
+    half.weights = tl_mem_alloc(b->ctx, edges, sizeof *half.weights, &st);
+    half.node_weights = tl_mem_alloc(b->ctx, count, sizeof *half.node_weights, &st);
+    edges = 0;
+    for (uint32_t i = 0; !st && i < graph->node_count; i++) {
+        if (side[i] != which) continue;
+        uint32_t n = half.node_count++;
+        kept[n] = nodes[i];
+        half.node_weights[n] = graph->node_weights[i];
+        half.begins[n] = edges;
+        for (uint32_t e = graph->begins[i]; e < graph->begins[i + 1]; e++) {
+            if (side[graph->targets[e]] != which) continue;
+            half.targets[edges] = b->number[graph->targets[e]];
+            half.weights[edges++] = graph->weights[e];
         }
     }
-    return tail;
+    if (!st) {
+        half.begins[count] = edges;
+        st = divide(b, &half, kept, first, part_count);
+    }
+    tli_graph_close(b->ctx, &half);
+    tl_mem_free(b->ctx, kept);
+    return st;
 }
 
-/* What the cut between two groups gets shorter by if node changes from one to the other. */
-static int64_t gain_of(const bisection *b, uint32_t node, uint32_t from, uint32_t to)
+/* Divides a graph, whose nodes are those of the whole in nodes, into parts first .. first +
+ * part_count - 1. What a part may still be too heavy by is shared by the divisions to come. */
+static tl_status divide(bisection *b, const tli_graph *graph, const uint32_t *nodes, uint32_t first,
+                        uint32_t part_count)
 {
-    const tli_graph *g = b->graph;
-    int64_t gain = 0;
-    for (uint32_t e = g->begins[node]; e < g->begins[node + 1]; e++) {
-        uint32_t group = b->group[g->targets[e]];
-        gain += group == to ? (int64_t)g->weights[e] : 0;
-        gain -= group == from ? (int64_t)g->weights[e] : 0;
+    tl_status st = TL_OK;
+    uint64_t sum = 0;
+    if (part_count < 2 || graph->node_count < 2) {
+        for (uint32_t i = 0; i < graph->node_count; i++) b->parts[nodes[i]] = first;
+        return TL_OK;
     }
-    return gain;
-}
-
-/* Moves nodes over the cut while it gets shorter and both halves stay within their limits. */
-static void refine(bisection *b, const uint32_t *nodes, uint32_t count, uint32_t a, uint32_t c,
-                   uint64_t *weight_a, uint64_t low, uint64_t high)
-{
-    for (int turn = 0; turn < REFINE_ROUNDS; turn++) {
-        uint32_t moved = 0;
-        for (uint32_t i = 0; i < count; i++) {
-            uint32_t node = nodes[i], from = b->group[node], to = from == a ? c : a;
-            uint64_t weight = b->graph->node_weights[node];
-            uint64_t after = from == a ? *weight_a - weight : *weight_a + weight;
-            if (after < low || after > high || gain_of(b, node, from, to) <= 0) continue;
-            b->group[node] = to;
-            *weight_a = after;
-            moved++;
-        }
-        if (!moved) break;
-    }
-}
-
-/* Divides nodes [count] of group first into part_count groups first .. first + part_count - 1. */
-static void divide(bisection *b, uint32_t *nodes, uint32_t count, uint32_t first,
-                   uint32_t part_count)
-{
-    while (part_count > 1 && count > 1) {
-        uint32_t left_parts = part_count / 2, other = first + left_parts;
-        uint64_t sum = 0, left = 0;
-        for (uint32_t i = 0; i < count; i++) sum += b->graph->node_weights[nodes[i]];
-        uint64_t wanted =
-            sum / part_count * left_parts + sum % part_count * left_parts / part_count;
-        walk_from(b, nodes, count, first, nodes[0]);
-        walk_from(b, nodes, count, first, b->queue[count - 1]);
-        for (uint32_t i = 0; i < count; i++) {
-            uint64_t weight = b->graph->node_weights[b->queue[i]];
-            bool is_left = i == 0 || (left + weight / 2 <= wanted && i + 1 < count);
-            b->group[b->queue[i]] = is_left ? first : other;
-            left += is_left ? weight : 0;
-        }
-        uint64_t slack = (uint64_t)((double)wanted * SLACK);
-        refine(b, nodes, count, first, other, &left, wanted - slack, wanted + slack);
-        /* stable: the left half to the front */
-        uint32_t kept = 0, moved = 0;
-        for (uint32_t i = 0; i < count; i++) {
-            if (b->group[nodes[i]] == first)
-                nodes[kept++] = nodes[i];
-            else
-                b->queue[moved++] = nodes[i];
-        }
-        memcpy(nodes + kept, b->queue, moved * sizeof *nodes);
-        divide(b, nodes, kept, first, left_parts);
-        nodes += kept;
-        count = moved;
-        first = other;
-        part_count -= left_parts;
-    }
+    for (uint32_t i = 0; i < graph->node_count; i++) sum += graph->node_weights[i];
+    uint32_t left_parts = part_count / 2;
+    double share = (double)sum * left_parts / part_count;
+    double room = b->part_max * part_count / (double)sum;
+    double slack = room > 1 ? share * (pow(room, 1 / ceil(log2(part_count))) - 1) : 0;
+    uint8_t *side = tl_mem_alloc(b->ctx, graph->node_count, sizeof *side, &st);
+    if (!st) st = tli_graph_halve(b->ctx, graph, (uint64_t)share, (uint64_t)slack, side);
+    if (!st) st = divide_side(b, graph, nodes, side, 0, first, left_parts);
+    if (!st)
+        st = divide_side(b, graph, nodes, side, 1, first + left_parts, part_count - left_parts);
+    tl_mem_free(b->ctx, side);
+    return st;
 }
 
 tl_status tli_graph_bisect(tl_ctx *ctx, const tli_graph *graph, uint32_t part_count,
                            uint32_t *parts)
 {
     tl_status st = TL_OK;
-    uint32_t n = graph->node_count;
-    bisection b = {.graph = graph, .group = parts};
-    b.nodes = tl_mem_alloc(ctx, n, sizeof *b.nodes, &st);
-    b.queue = tl_mem_alloc(ctx, n, sizeof *b.queue, &st);
-    b.seen = tl_mem_zalloc(ctx, n, sizeof *b.seen, &st);
-    for (uint32_t i = 0; !st && i < n; i++) {
-        b.nodes[i] = i;
-        parts[i] = 0;
+    bisection b = {.ctx = ctx, .parts = parts};
+    uint32_t *nodes = tl_mem_alloc(ctx, graph->node_count, sizeof *nodes, &st);
+    b.number = tl_mem_alloc(ctx, graph->node_count, sizeof *b.number, &st);
+    for (uint32_t i = 0; !st && i < graph->node_count; i++) {
+        nodes[i] = i;
+        b.part_max += IMBALANCE * graph->node_weights[i] / part_count;
     }
-    if (!st) divide(&b, b.nodes, n, 0, part_count);
-    tl_mem_free(ctx, b.seen);
-    tl_mem_free(ctx, b.queue);
-    tl_mem_free(ctx, b.nodes);
+    if (!st) st = divide(&b, graph, nodes, 0, part_count);
+    tl_mem_free(ctx, b.number);
+    tl_mem_free(ctx, nodes);
     return st;
 }
 
