@@ -112,19 +112,10 @@ static int set_bounds(const cli_session *session, const request *r, cli_id id, d
 static int set_box(const cli_session *session, request *r)
 {
     const cli_value *word = cli_get(session, CLI_BOX);
-    const char *text = word->text;
-    for (int i = 0; word->given && i < 6; i++) {
-        char number[64];
-        size_t length = strcspn(text, ",");
-        snprintf(number, sizeof number, "%.*s", (int)length, text);
-        bool last = i == 5;
-        if (!cli_parse_real(number, &r->box[i]) || !isfinite(r->box[i]) ||
-            (text[length] == ',') == last)
-            return cli_misuse(session->args.verb, "--box %s: expected X0,Y0,Z0,X1,Y1,Z1",
-                              word->text);
-        text += length + !last;
-    }
-    if (word->given) r->query.box = r->box;
+    if (!word->given) return CLI_DONE;
+    if (!cli_parse_reals(word->text, r->box, 6))
+        return cli_misuse(session->args.verb, "--box %s: expected X0,Y0,Z0,X1,Y1,Z1", word->text);
+    r->query.box = r->box;
     return CLI_DONE;
 }
 

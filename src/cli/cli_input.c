@@ -164,16 +164,11 @@ static int unknown_ending(const cli_session *session, const char *path)
     return cli_misuse(session->args.verb, "'%s': the name must end in one of%s", path, list);
 }
 
-int cli_output_check(cli_session *session, const char *path)
+int cli_output_folder(const char *path)
 {
-    const char *dot = strrchr(path, '.');
     const char *slash = strrchr(path, '/');
     struct stat info;
     char folder[4096] = ".";
-    if (!dot || !is_written(dot)) return unknown_ending(session, path);
-    if (cli_get(session, CLI_ZLIB)->given &&
-        (cli_get(session, CLI_ASCII)->given || strcasecmp(dot, ".vtu") != 0))
-        return cli_misuse(session->args.verb, "--zlib: only a binary .vtu can be compressed");
     if (slash) snprintf(folder, sizeof folder, "%.*s", (int)(slash - path) + (slash == path), path);
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
         fprintf(stderr, "tetralod: can't write '%s': it is a folder\n", path);
@@ -182,6 +177,16 @@ int cli_output_check(cli_session *session, const char *path)
     if (access(folder, W_OK | X_OK) == 0) return CLI_DONE;
     fprintf(stderr, "tetralod: can't write '%s': folder '%s': %s\n", path, folder, strerror(errno));
     return CLI_FAILED;
+}
+
+int cli_output_check(cli_session *session, const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    if (!dot || !is_written(dot)) return unknown_ending(session, path);
+    if (cli_get(session, CLI_ZLIB)->given &&
+        (cli_get(session, CLI_ASCII)->given || strcasecmp(dot, ".vtu") != 0))
+        return cli_misuse(session->args.verb, "--zlib: only a binary .vtu can be compressed");
+    return cli_output_folder(path);
 }
 
 int cli_save(cli_session *session, tl_ctx *ctx, const tl_mesh *mesh, const char *path,

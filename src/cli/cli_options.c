@@ -58,17 +58,10 @@ static const cli_option COMMON[] = {
 };
 const cli_group cli_group_common = {"Common", COMMON, sizeof COMMON / sizeof *COMMON};
 
-const cli_verb *const cli_verbs[] = {&cli_verb_sample,
-                                     &cli_verb_info,
-                                     &cli_verb_convert,
-                                     &cli_verb_simplify,
-                                     &cli_verb_build,
-                                     &cli_verb_compare,
-                                     &cli_verb_extract,
-                                     &cli_verb_check,
-                                     &cli_verb_formats,
-                                     &cli_verb_bench,
-                                     NULL};
+const cli_verb *const cli_verbs[] = {&cli_verb_sample,   &cli_verb_info,    &cli_verb_convert,
+                                     &cli_verb_simplify, &cli_verb_build,   &cli_verb_compare,
+                                     &cli_verb_extract,  &cli_verb_surface, &cli_verb_check,
+                                     &cli_verb_formats,  &cli_verb_bench,   NULL};
 
 /* ---- messages ---- */
 
@@ -149,6 +142,33 @@ bool cli_parse_amount(const char *text, double *value, bool *percent)
     if (!cli_parse_real(number, value) || !isfinite(*value) || *value < 0) return false;
     if (*percent) *value /= 100;
     return true;
+}
+
+bool cli_parse_reals(const char *text, double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        char number[64];
+        size_t length = strcspn(text, ",");
+        bool last = i + 1 == count;
+        snprintf(number, sizeof number, "%.*s", (int)length, text);
+        if (!cli_parse_real(number, &values[i]) || !isfinite(values[i]) ||
+            (text[length] == ',') == last)
+            return false;
+        text += length + !last;
+    }
+    return true;
+}
+
+bool cli_list_names(const cli_value *list, const char *name)
+{
+    size_t length = strlen(name);
+    for (size_t i = 0; i < list->item_count; i++) {
+        const char *at = list->items[i];
+        if (strcmp(at, name) == 0) return true;
+        for (; *at; at += strcspn(at, ","), at += *at == ',')
+            if (strcspn(at, ",") == length && memcmp(at, name, length) == 0) return true;
+    }
+    return false;
 }
 
 bool cli_split_named(const char *text, char *name, size_t name_bytes, const char **value)

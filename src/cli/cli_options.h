@@ -39,6 +39,9 @@ typedef enum cli_id {
     CLI_OUTSIDE_ERROR,
     CLI_VIEW,
     CLI_PIXELS,
+    CLI_VALUE,
+    CLI_PLANE,
+    CLI_NO_NORMALS,
     CLI_ISO,
     CLI_SPACING,
     CLI_SKIP_BOUNDARY,
@@ -161,6 +164,7 @@ extern const cli_verb cli_verb_simplify;
 extern const cli_verb cli_verb_build;
 extern const cli_verb cli_verb_compare;
 extern const cli_verb cli_verb_extract;
+extern const cli_verb cli_verb_surface;
 extern const cli_verb cli_verb_check;
 extern const cli_verb cli_verb_bench;
 extern const cli_verb cli_verb_formats;
@@ -173,6 +177,10 @@ int cli_parse(const cli_verb *verb, int argc, char **argv, cli_args *args);
 bool cli_parse_amount(const char *text, double *value, bool *percent);
 /* Reads all of text as a number (NaN and infinity too). */
 bool cli_parse_real(const char *text, double *value);
+/* Reads count finite numbers separated by commas; false if text is anything else. */
+bool cli_parse_reals(const char *text, double *values, size_t count);
+/* True if the texts of a list, or the words between their commas, name it. */
+bool cli_list_names(const cli_value *list, const char *name);
 /* Splits "NAME=VALUE" at its last '='; name receives the part before, false if there is none or it
  * does not fit. */
 bool cli_split_named(const char *text, char *name, size_t name_bytes, const char **value);

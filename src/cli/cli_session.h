@@ -70,6 +70,8 @@ int cli_convert_series(cli_session *session, const char *from, const char *to);
 /* Simplifies a file in parts, as the words of the verb simplify say. cli_simplify_stream.c */
 int cli_simplify_in_parts(cli_session *session);
 
+/* Finds out before the work whether a file can be written there. Returns an exit status. */
+int cli_output_folder(const char *path);
 /* Finds out before the work whether a mesh can be written there, with the writing options. Returns
  * an exit status. */
 int cli_output_check(cli_session *session, const char *path);

@@ -1,0 +1,155 @@
+/* The door out for points, lines and triangles: which file, which precision, and the loop that all
+ * writers of binary files share. */
+#include "formats/formats_write_poly.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "formats/formats_emit.h"
+
+/* Positions are float32 if that moves none by more than this part of the diagonal. */
+static const double FLOAT_ERROR = 1e-6;
+/* Half the distance of neighbouring float32 numbers, relative. */
+static const double FLOAT_ROUNDING = 0x1p-24;
+
+enum { ITEMS_AT_ONCE = 4096 };
+
+typedef struct writer {
+    const char *ending;
+    tl_status (*write)(const tli_poly_out *out);
+    bool kinds[4];           /* by tl_poly_kind */
+    uint32_t components_max; /* of a channel; 0: no channels */
+    bool normals;
+} writer;
+
+static const writer WRITERS[] = {
+    {".ply", tli_write_ply, {false, true, true, true}, UINT32_MAX, true},
+    {".vtp", tli_write_vtp, {false, true, true, true}, UINT32_MAX, true},
+    {".stl", tli_write_stl, {false, false, false, true}, 0, false},
+    {".obj", tli_write_obj, {false, true, true, true}, 0, true},
+    {".glb", tli_write_glb, {false, true, true, true}, 4, true},
+};
+
+/* ---- bytes ---- */
+
+static uint8_t *put(uint8_t *to, const void *from, size_t bytes)
+{
+    const uint8_t *b = from;
+    bool turn = tli_big_endian_host();
+    for (size_t i = 0; i < bytes; i++) to[i] = b[turn ? bytes - 1 - i : i];
+    return to + bytes;
+}
+
+uint8_t *tli_le_f32(uint8_t *to, double value)
+{
+    float f = (float)value;
+    return put(to, &f, sizeof f);
+}
+
+uint8_t *tli_le_f64(uint8_t *to, double value)
+{
+    return put(to, &value, sizeof value);
+}
+
+uint8_t *tli_le_u32(uint8_t *to, uint32_t value)
+{
+    return put(to, &value, sizeof value);
+}
+
+uint8_t *tli_le_u64(uint8_t *to, uint64_t value)
+{
+    return put(to, &value, sizeof value);
+}
+
+tl_status tli_write_items(const tli_poly_out *out, size_t count, size_t item_bytes,
+                          tli_make_fn make, const void *arg)
+{
+    tl_status st = TL_OK;
+    uint8_t *bytes = tl_mem_alloc(out->ctx, ITEMS_AT_ONCE, item_bytes, &st);
+    for (size_t begin = 0; !st && begin < count; begin += ITEMS_AT_ONCE) {
+        size_t end = begin + ITEMS_AT_ONCE < count ? begin + ITEMS_AT_ONCE : count;
+        uint8_t *to = bytes;
+        for (size_t i = begin; i < end; i++) to = make(out, arg, i, to);
+        st = tli_sink_write(out->sink, bytes, (size_t)(to - bytes));
+        if (!st) st = tl_progress(out->ctx, "write", end, count);
+    }
+    tl_mem_free(out->ctx, bytes);
+    return st;
+}
+
+/* ---- what the writers ask ---- */
+
+bool tli_is_single(const tl_channel *channel)
+{
+    return channel->scalar != TL_F64 && channel->scalar != TL_I64 && channel->scalar != TL_U64;
+}
+
+void tli_plain_name(const char *name, char *plain, size_t length)
+{
+    size_t n = 0;
+    for (; name[n] && n + 1 < length; n++) {
+        char c = name[n];
+        bool keep = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+        plain[n] = keep ? c : '_';
+    }
+    plain[n] = '\0';
+}
+
+static void measure(tli_poly_out *out)
+{
+    const tl_polydata *p = out->poly;
+    double largest = 0, square = 0;
+    for (int k = 0; k < 6; k++) out->bounds[k] = 0;
+    for (size_t v = 0; v < p->vert_count; v++)
+        for (int k = 0; k < 3; k++) {
+            double x = p->xyz[3 * v + (size_t)k];
+            if (!v || x < out->bounds[2 * k]) out->bounds[2 * k] = x;
+            if (!v || x > out->bounds[2 * k + 1]) out->bounds[2 * k + 1] = x;
+        }
+    for (int k = 0; k < 6; k++) largest = fmax(largest, fabs(out->bounds[k]));
+    for (int k = 0; k < 3; k++) square += pow(out->bounds[2 * k + 1] - out->bounds[2 * k], 2);
+    out->float_places = largest * FLOAT_ROUNDING <= FLOAT_ERROR * sqrt(square);
+    out->corner_count = p->kind == TL_POLY_TRIANGLES ? 3 * (uint64_t)p->cell_count
+                        : p->kind == TL_POLY_LINES   ? p->starts[p->cell_count]
+                                                     : 0;
+}
+
+/* Says what this kind of file has no place for. */
+static void say_left_out(const tli_poly_out *out, const writer *w, const char *path)
+{
+    const tl_polydata *p = out->poly;
+    for (size_t c = 0; c < p->channel_count; c++)
+        if (p->channels[c].components > w->components_max)
+            tl_log(out->ctx, TL_LOG_INFO,
+                   "'%s': channel '%s' is left out, a %s has no place for it", path,
+                   p->channels[c].name, w->ending);
+    if (p->normals && !w->normals)
+        tl_log(out->ctx, TL_LOG_INFO, "'%s': normals are left out, a %s has no place for them",
+               path, w->ending);
+    if (!out->float_places && w->write == tli_write_stl)
+        tl_log(out->ctx, TL_LOG_INFO, "'%s': positions are rounded by up to %.3g", path,
+               FLOAT_ROUNDING *
+                   fmax(fabs(out->bounds[0]), fmax(fabs(out->bounds[3]), fabs(out->bounds[5]))));
+}
+
+tl_status tl_polydata_write(tl_ctx *ctx, const tl_polydata *polydata, const char *path)
+{
+    static const char *const kinds[] = {"", "points", "lines", "triangles"};
+    const writer *w = NULL;
+    tli_poly_out out = {.ctx = ctx, .poly = polydata};
+    for (size_t i = 0; i < sizeof WRITERS / sizeof *WRITERS; i++)
+        if (tli_path_ends(path, WRITERS[i].ending)) w = &WRITERS[i];
+    if (!w)
+        return tl_fail(ctx, TL_ERR_ARG, "'%s': the name must end in .ply, .vtp, .stl, .obj or .glb",
+                       path);
+    if (!w->kinds[polydata->kind])
+        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "'%s': a %s holds no %s", path, w->ending,
+                       kinds[polydata->kind]);
+    measure(&out);
+    say_left_out(&out, w, path);
+    tl_status st = tli_sink_open(ctx, path, &out.sink);
+    if (!st) st = w->write(&out);
+    tl_status end = tli_sink_close(out.sink, !st);
+    if (!st) st = end;
+    return st ? tl_note(ctx, st, "while writing '%s'", path) : TL_OK;
+}

@@ -1,0 +1,150 @@
+"""tetralod surface against VTK: the same triangles, and files that VTK's readers take."""
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import vtk
+
+PROGRAM = os.environ["TETRALOD_PROGRAM"]
+
+
+def run(*words):
+    return subprocess.run([PROGRAM, *words], capture_output=True, text=True, check=False, timeout=120)
+
+
+def area(polydata):
+    only = vtk.vtkTriangleFilter()
+    only.SetInputData(polydata)
+    measure = vtk.vtkMassProperties()
+    measure.SetInputConnection(only.GetOutputPort())
+    measure.Update()
+    return measure.GetSurfaceArea()
+
+
+def read(reader, path):
+    reader.SetFileName(path)
+    reader.Update()
+    return reader.GetOutput()
+
+
+def read_glb(path):
+    reader = vtk.vtkGLTFReader()
+    reader.SetFileName(path)
+    flat = vtk.vtkCompositeDataGeometryFilter()
+    flat.SetInputConnection(reader.GetOutputPort())
+    flat.Update()
+    return flat.GetOutput()
+
+
+def names(polydata):
+    data = polydata.GetPointData()
+    return [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
+
+
+class Surface(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="tetralod-surface-")
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.grid = os.path.join(cls.folder, "g.vtu")
+        assert run("sample", "gaussians", "-o", cls.grid, "--size", "24").returncode == 0
+        done = run("surface", cls.grid, "-o", os.path.join(cls.folder, "s.ply"), "--value", "40%", "--json")
+        assert done.returncode == 0, done.stderr
+        cls.said = json.loads(done.stdout)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def test_same_as_vtk(self):
+        """As many triangles and points as vtkContour3DLinearGrid, with the same area."""
+        grid = read(vtk.vtkXMLUnstructuredGridReader(), self.grid)
+        contour = vtk.vtkContour3DLinearGrid()
+        contour.SetInputData(grid)
+        grid.GetPointData().SetActiveScalars(grid.GetPointData().GetArrayName(0))
+        contour.SetMergePoints(True)
+        contour.SetValue(0, self.said["values"][0])
+        contour.Update()
+        peer = contour.GetOutput()
+        self.assertEqual(self.said["triangles"], peer.GetNumberOfPolys())
+        self.assertEqual(self.said["vertices"], peer.GetNumberOfPoints())
+        self.assertAlmostEqual(self.said["area"], area(peer), delta=1e-5 * self.said["area"])
+
+    def check_file(self, polydata, fields):
+        self.assertEqual(polydata.GetNumberOfPolys(), self.said["triangles"])
+        self.assertEqual(polydata.GetNumberOfPoints(), self.said["vertices"])
+        self.assertAlmostEqual(area(polydata), self.said["area"], delta=1e-5 * self.said["area"])
+        for name in fields:
+            self.assertIn(name, names(polydata))
+
+    def test_files_of_all_kinds(self):
+        for ending, reader, fields in (("ply", vtk.vtkPLYReader(), ["Normals"]),
+                                       ("vtp", vtk.vtkXMLPolyDataReader(), ["Normals", "value"]),
+                                       ("obj", vtk.vtkOBJReader(), ["Normals"]), ("stl", vtk.vtkSTLReader(), [])):
+            with self.subTest(ending):
+                path = self.path("s." + ending)
+                done = run("surface", self.grid, "-o", path, "--value", "value=40%")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.check_file(read(reader, path), fields)
+        path = self.path("s.glb")
+        self.assertEqual(run("surface", self.grid, "-o", path, "--value", "40%", "-q").returncode, 0)
+        self.check_file(read_glb(path), ["NORMAL", "_VALUE"])
+
+    def test_values_on_the_surface(self):
+        """What is carried has the value that was asked for, and normals point against the gradient."""
+        path = self.path("v.vtp")
+        self.assertEqual(run("surface", self.grid, "-o", path, "--value", "40%").returncode, 0)
+        data = read(vtk.vtkXMLPolyDataReader(), path).GetPointData()
+        values = data.GetArray("value")
+        low, high = values.GetRange()
+        self.assertAlmostEqual(low, self.said["values"][0], delta=1e-6)
+        self.assertAlmostEqual(high, self.said["values"][0], delta=1e-6)
+        normal = data.GetArray("Normals").GetTuple3(0)
+        self.assertAlmostEqual(sum(x * x for x in normal), 1, delta=1e-5)
+
+    def test_model(self):
+        """A surface of a model: of its finest mesh, and of a coarse one."""
+        model = self.path("m.tlod")
+        done = run("build", self.grid, "-o", model)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        counts = []
+        for words in ([], ["--error", "10%"]):
+            done = run("surface", model, "-o", self.path("m.ply"), "--value", "40%", "--json", *words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            said = json.loads(done.stdout)
+            self.assertIn("bounds_promised", said["volume"])
+            self.assertAlmostEqual(said["area"], self.said["area"], delta=0.2 * self.said["area"])
+            counts.append(said["triangles"])
+        self.assertLess(counts[1], counts[0])
+
+    def test_plane(self):
+        done = run("surface", self.grid, "-o", self.path("p.vtp"), "--plane", "0,0,0,0,0,2", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertAlmostEqual(json.loads(done.stdout)["area"], 4, delta=1e-9)
+
+    def test_wrong_use(self):
+        for words, text in ((["-o", "s.ply"], "say --value"), (["--value", "1"], "-o OUT is missing"),
+                            (["-o", "s.ply", "--value", "heat=1"], "no channel 'heat'"),
+                            (["-o", "s.ply", "--value", "value=warm"], "expected CHANNEL=VALUE"),
+                            (["-o", "s.xyz", "--value", "1"], "must end in"),
+                            (["-o", "s.ply", "--plane", "0,0,0,0,0,0"], "normal")):
+            with self.subTest(words):
+                done = subprocess.run([PROGRAM, "surface", self.grid, *words], capture_output=True, text=True, check=False, timeout=60,
+                                      cwd=self.folder)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(text, done.stderr)
+
+    def test_empty_surface(self):
+        for ending in ("ply", "vtp", "stl", "obj", "glb"):
+            with self.subTest(ending):
+                done = run("surface", self.grid, "-o", self.path("e." + ending), "--value", "1e9", "--json")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(json.loads(done.stdout)["triangles"], 0)
+        self.assertEqual(read(vtk.vtkXMLPolyDataReader(), self.path("e.vtp")).GetNumberOfPolys(), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
