@@ -34,14 +34,20 @@ static inline __attribute__((always_inline)) void edge_quadric(const tli_work *w
     for (size_t i = 0; i < k; i++) h[i] = -h[i];
 }
 
-/* Best free place near the edge. */
+/* Best free place near the edge. A second step with what the pull left over takes its error out of
+ * directions that the quadric holds, such as across a sharp edge. */
 static inline void best_place(const tli_form *form, const double e[3], double y[3])
 {
     double pull = TLI_PULL * (form->m[0] + form->m[3] + form->m[5]) + 1e-300;
-    double rhs[3], d2 = 0, e2 = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+    double rhs[3], rest[3], d2 = 0, e2 = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
     for (int i = 0; i < 3; i++) rhs[i] = 0.5 * pull * e[i] - form->r[i];
     bool solved = tli_form_solve(form->m, pull, rhs, y);
-    for (int i = 0; solved && i < 3; i++) d2 += (y[i] - 0.5 * e[i]) * (y[i] - 0.5 * e[i]);
+    for (int i = 0; solved && i < 3; i++) rhs[i] = pull * (y[i] - 0.5 * e[i]);
+    solved = solved && tli_form_solve(form->m, pull, rhs, rest);
+    for (int i = 0; solved && i < 3; i++) {
+        y[i] += rest[i];
+        d2 += (y[i] - 0.5 * e[i]) * (y[i] - 0.5 * e[i]);
+    }
     if (!solved || !(d2 <= TLI_FAR_AWAY * e2))
         for (int i = 0; i < 3; i++) y[i] = 0.5 * e[i];
 }
