@@ -35,11 +35,14 @@ static tl_status make_mesh(tl_ctx *ctx, const tli_finest *f, const tl_segment *s
     double *xyz = tl_mem_alloc(ctx, s->vert_count, 3 * sizeof *xyz, &st);
     tl_lidx *tets = tl_mem_alloc(ctx, s->tet_count, 4 * sizeof *tets, &st);
     *mesh = NULL;
+    int16_t *steps = tl_mem_alloc(ctx, s->vert_count, sizeof *steps, &st);
+    if (!st) st = tli_finest_steps(ctx, f, s, steps);
     if (!st) {
-        tli_finest_snap(f, s, xyz);
+        tli_finest_snap(f, s, steps, xyz);
         for (size_t i = 0; i < 4 * (size_t)s->tet_count; i++) tets[i] = s->tets[i];
         st = tl_mesh_adopt(ctx, xyz, s->vert_count, tets, s->tet_count, mesh);
     }
+    tl_mem_free(ctx, steps);
     if (st) {
         tl_mem_free(ctx, tets);
         tl_mem_free(ctx, xyz);
@@ -74,10 +77,10 @@ static tl_status write_patches(job *j)
     uint8_t *outside = tl_mem_alloc(j->ctx, n, sizeof *outside, &st);
     j->part = tl_mem_alloc(j->ctx, j->mesh->tet_count, sizeof *j->part, &st);
     j->tet_local = tl_mem_alloc(j->ctx, j->mesh->tet_count, sizeof *j->tet_local, &st);
+    if (!st) st = tli_finest_steps(j->ctx, j->finest, s, steps);
+    if (!st) st = tli_marks_read(j->ctx, j->finest, &j->finest->twins, s, twins);
     for (size_t v = 0; !st && v < n; v++) {
-        steps[v] = tli_finest_step(j->finest, s->vert_ids[v]);
         surface[v] = nextafterf((float)j->plan->position_error, INFINITY);
-        twins[v] = j->finest->twins[s->vert_ids[v]];
         outside[v] = TL_LINK_SLOT(s->links[v]) != 0;
     }
     if (!st)

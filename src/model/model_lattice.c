@@ -1,11 +1,12 @@
 /* Where the vertices of the finest level may lie: a lattice over the whole data set, of which each
  * vertex has a step, a power of two. Steps are as large as the bound on places allows, and finer
- * where a tet would turn or go flat. A segment is looked at again while vertices of it change. */
+ * where a tet would turn or go flat. A segment is looked at again while vertices of it change; what
+ * it wants of a vertex all segments that hold the vertex hear. */
 #include <math.h>
 
 #include "base/base_predicates.h"
-#include "base/base_sort.h"
 #include "model/model_finest.h"
+#include "model/model_mail.h"
 
 enum {
     AXIS_BITS = 31,  /* of the places of a data set along an axis */
@@ -51,20 +52,65 @@ static void keep_places(tli_finest *f, tli_plan *plan)
     plan->position_error = 0;
 }
 
-int16_t tli_finest_step(const tli_finest *f, uint64_t id)
+/* ---- marks ---- */
+
+tl_status tli_marks_open(tl_ctx *ctx, const tli_finest *f, tli_marks *marks)
 {
-    if (f->as_is) return f->model->plan->float32_places ? TLI_STEP_FLOAT32 : TLI_STEP_ANY;
-    int step = f->largest - f->finer[id];
+    tl_status st = TL_OK;
+    marks->has_any = tl_mem_zalloc(ctx, tl_segments_count(f->segments), 1, &st);
+    return st ? st : tli_scratch_open(ctx, f->model->plan->opts.folder, &marks->file);
+}
+
+void tli_marks_close(tl_ctx *ctx, tli_marks *marks)
+{
+    tli_scratch_close(marks->file);
+    tl_mem_free(ctx, marks->has_any);
+    *marks = (tli_marks){0};
+}
+
+tl_status tli_marks_read(tl_ctx *ctx, const tli_finest *f, const tli_marks *marks,
+                         const tl_segment *s, uint8_t *values)
+{
+    memset(values, 0, s->vert_count);
+    if (!marks->has_any || !marks->has_any[s->id]) return TL_OK;
+    return tli_scratch_read(ctx, marks->file, f->segments->entries[s->id].first_vert, values,
+                            s->vert_count);
+}
+
+tl_status tli_marks_write(tl_ctx *ctx, const tli_finest *f, tli_marks *marks, const tl_segment *s,
+                          const uint8_t *values)
+{
+    marks->has_any[s->id] = 1;
+    return tli_scratch_write(ctx, marks->file, f->segments->entries[s->id].first_vert, values,
+                             s->vert_count);
+}
+
+/* ---- places ---- */
+
+/* The step of a vertex that is so much finer than the largest. */
+static int16_t step_of(const tli_finest *f, uint8_t finer)
+{
+    int step = f->largest - finer;
     return (int16_t)(step > f->unit ? step : f->unit);
 }
 
-void tli_finest_snap(const tli_finest *f, const tl_segment *s, double *xyz)
+tl_status tli_finest_steps(tl_ctx *ctx, const tli_finest *f, const tl_segment *s, int16_t *steps)
 {
-    for (size_t v = 0; v < s->vert_count; v++) {
-        int step = tli_finest_step(f, s->vert_ids[v]);
+    tl_status st = TL_OK;
+    int16_t kept = f->model->plan->float32_places ? TLI_STEP_FLOAT32 : TLI_STEP_ANY;
+    uint8_t *finer = tl_mem_alloc(ctx, s->vert_count, 1, &st);
+    if (!st) st = tli_marks_read(ctx, f, &f->finer, s, finer);
+    for (size_t v = 0; !st && v < s->vert_count; v++)
+        steps[v] = f->as_is ? kept : step_of(f, finer[v]);
+    tl_mem_free(ctx, finer);
+    return st;
+}
+
+void tli_finest_snap(const tli_finest *f, const tl_segment *s, const int16_t *steps, double *xyz)
+{
+    for (size_t v = 0; v < s->vert_count; v++)
         for (size_t i = 3 * v; i < 3 * v + 3; i++)
-            xyz[i] = f->as_is ? s->xyz[i] : ldexp(rint(ldexp(s->xyz[i], -step)), step);
-    }
+            xyz[i] = f->as_is ? s->xyz[i] : ldexp(rint(ldexp(s->xyz[i], -steps[v])), steps[v]);
 }
 
 /* ---- steps ---- */
@@ -77,11 +123,50 @@ static int sign_of(const double *xyz, const uint16_t *q)
 
 typedef struct agree_job {
     tli_finest *finest;
-    const uint32_t *list; /* segments to look at */
-    uint8_t *broken;      /* [segments] some tet turns */
+    const uint32_t *list;  /* segments to look at */
+    const tli_mail *heard; /* ids whose steps are to be finer, of the round before */
+    tli_mail *said;        /* of this one */
+    uint8_t *too_coarse;   /* [segments] the unit is */
 } agree_job;
 
-static bool check_tets(tli_finest *f, const tl_segment *s, const double *xyz)
+/* A segment while it is looked at. */
+typedef struct look {
+    tl_segment segment;
+    uint8_t *finer, *wanted; /* [vert_count] */
+    int16_t *steps;
+    double *xyz;
+    uint64_t *words; /* [vert_count] */
+} look;
+
+/* Makes finer what was wanted of its vertices. */
+static tl_status listen(tl_ctx *ctx, const agree_job *j, look *l)
+{
+    tli_finest *f = j->finest;
+    const tl_segment *s = &l->segment;
+    uint64_t *ids = NULL;
+    size_t count = 0;
+    bool changed = false;
+    tl_status st = tli_mail_gather(ctx, j->heard, s->id, &ids, &count);
+    for (size_t v = 0; !st && v < s->vert_count; v++) {
+        size_t lo = 0, hi = count;
+        while (lo < hi) {
+            size_t mid = lo + (hi - lo) / 2;
+            if (ids[mid] < s->vert_ids[v])
+                lo = mid + 1;
+            else
+                hi = mid;
+        }
+        if (lo == count || ids[lo] != s->vert_ids[v]) continue;
+        j->too_coarse[s->id] |= f->largest - l->finer[v] <= f->unit - FINER;
+        l->finer[v] = (uint8_t)(l->finer[v] + FINER);
+        changed = true;
+    }
+    tl_mem_free(ctx, ids);
+    return !st && changed ? tli_marks_write(ctx, f, &f->finer, s, l->finer) : st;
+}
+
+/* Marks the vertices of tets that turn. */
+static bool check_tets(const tl_segment *s, const double *xyz, uint8_t *wanted)
 {
     bool broken = false;
     for (size_t t = 0; t < s->tet_count; t++) {
@@ -90,187 +175,107 @@ static bool check_tets(tli_finest *f, const tl_segment *s, const double *xyz)
         if (after > 0) continue;
         int before = sign_of(s->xyz, q);
         if (before == after || (before < 0 && after <= 0)) continue;
-        /* several threads may want the same of a vertex that they share */
-        for (int i = 0; i < 4; i++)
-            __atomic_store_n(&f->wanted[s->vert_ids[q[i]]], 1, __ATOMIC_RELAXED);
+        for (int i = 0; i < 4; i++) wanted[q[i]] = 1;
         broken = true;
     }
     return broken;
 }
 
-static tl_status check_range(void *arg, size_t begin, size_t end, unsigned worker)
+static tl_status look_at(tl_ctx *ctx, const agree_job *j, look *l)
+{
+    tl_status st = TL_OK;
+    const tl_segment *s = &l->segment;
+    size_t n = s->vert_count, count = 0;
+    l->finer = tl_mem_alloc(ctx, n, 1, &st);
+    l->wanted = tl_mem_zalloc(ctx, n, 1, &st);
+    l->steps = tl_mem_alloc(ctx, n, sizeof *l->steps, &st);
+    l->xyz = tl_mem_alloc(ctx, n, 3 * sizeof *l->xyz, &st);
+    l->words = tl_mem_alloc(ctx, n, sizeof *l->words, &st);
+    if (!st) st = tli_marks_read(ctx, j->finest, &j->finest->finer, s, l->finer);
+    if (!st) st = listen(ctx, j, l);
+    if (st) return st;
+    for (size_t v = 0; v < n; v++) l->steps[v] = step_of(j->finest, l->finer[v]);
+    tli_finest_snap(j->finest, s, l->steps, l->xyz);
+    if (!check_tets(s, l->xyz, l->wanted)) return TL_OK;
+    for (size_t v = 0; v < n; v++)
+        if (l->wanted[v]) l->words[count++] = s->vert_ids[v];
+    return tli_mail_put(ctx, j->said, s->id, l->words, count);
+}
+
+static tl_status look_range(void *arg, size_t begin, size_t end, unsigned worker)
 {
     agree_job *j = arg;
     tl_ctx *ctx = NULL, *root = j->finest->model->ctx;
     tl_status st = tli_ctx_fork(root, &ctx);
     (void)worker;
     for (size_t i = begin; !st && i < end; i++) {
-        tl_segment s;
-        st = tl_segments_load(ctx, j->finest->segments, j->list[i], &s);
-        if (st) break;
-        double *xyz = tl_mem_alloc(ctx, s.vert_count, 3 * sizeof *xyz, &st);
-        if (!st) {
-            tli_finest_snap(j->finest, &s, xyz);
-            j->broken[j->list[i]] = check_tets(j->finest, &s, xyz);
-        }
-        tl_mem_free(ctx, xyz);
-        tl_segment_release(ctx, &s);
+        look l = {0};
+        st = tl_segments_load(ctx, j->finest->segments, j->list[i], &l.segment);
+        if (!st) st = look_at(ctx, j, &l);
+        void *blocks[] = {l.words, l.xyz, l.steps, l.wanted, l.finer};
+        for (size_t b = 0; b < sizeof blocks / sizeof *blocks; b++) tl_mem_free(ctx, blocks[b]);
+        tl_segment_release(ctx, &l.segment);
     }
     return tli_ctx_join(root, ctx, st);
 }
 
-/* Segments that hold vertices of broken tets: those themselves and their neighbours. Returns their
- * number; list [segments] receives them. */
-static size_t list_again(const tli_finest *f, const uint8_t *broken, uint8_t *again, uint32_t *list)
+/* Rounds over the segments that changed, until none wants more; lists [segments]. */
+static tl_status agree_rounds(tli_finest *f, tli_plan *plan, tli_mail mail[2], uint8_t *too_coarse,
+                              uint8_t *marks, uint32_t *list)
 {
-    size_t count = tl_segments_count(f->segments), n = 0;
-    memset(again, 0, count);
-    for (uint32_t s = 0; s < count; s++) {
-        if (!broken[s]) continue;
-        again[s] = 1;
-        tl_segment_summary summary = tl_segments_info(f->segments, s);
-        for (uint32_t i = 0; i < summary.neighbour_count; i++) again[summary.neighbours[i]] = 1;
+    tl_status st = TL_OK;
+    tl_ctx *ctx = f->model->ctx;
+    size_t count = tl_segments_count(f->segments), left = count;
+    bool is_coarse = false;
+    for (uint32_t s = 0; s < count; s++) list[s] = s;
+    for (unsigned round = 0; !st && left && !is_coarse; round++) {
+        tli_mail *said = &mail[round & 1];
+        agree_job job = {f, list, &mail[(round + 1) & 1], said, too_coarse};
+        tli_mail_clear(said);
+        st = tl_progress(ctx, "lattice", count - left, count);
+        if (!st) st = tli_parallel(ctx, left, 1, look_range, &job);
+        left = tli_mail_list(said, marks, list);
+        for (uint32_t s = 0; s < count; s++) is_coarse |= too_coarse[s];
     }
-    for (uint32_t s = 0; s < count; s++)
-        if (again[s]) list[n++] = s;
-    return n;
-}
-
-/* Makes wanted steps finer; false where the unit is too coarse. */
-static bool refine(tli_finest *f)
-{
-    uint64_t end = tl_segments_id_end(f->segments);
-    for (uint64_t v = 0; v < end; v++) {
-        if (!f->wanted[v]) continue;
-        f->wanted[v] = 0;
-        if (f->largest - f->finer[v] <= f->unit - FINER) return false;
-        f->finer[v] = (uint8_t)(f->finer[v] + FINER);
-    }
-    return true;
+    if (!st && is_coarse) keep_places(f, plan); /* thinner than the lattice can tell */
+    return st;
 }
 
 static tl_status agree_on_steps(tli_finest *f, tli_plan *plan)
 {
     tl_status st = TL_OK;
     tl_ctx *ctx = f->model->ctx;
-    size_t count = tl_segments_count(f->segments), left = count;
+    size_t count = tl_segments_count(f->segments);
+    tli_mail mail[2] = {{0}, {0}};
     uint32_t *list = tl_mem_alloc(ctx, count, sizeof *list, &st);
-    uint8_t *broken = tl_mem_zalloc(ctx, count, 1, &st), *again = tl_mem_alloc(ctx, count, 1, &st);
-    agree_job job = {f, list, broken};
-    for (uint32_t s = 0; !st && s < count; s++) list[s] = s;
-    while (!st && left) {
-        st = tli_parallel(ctx, left, 1, check_range, &job);
-        if (!st) left = list_again(f, broken, again, list);
-        if (!st && left && !refine(f)) {
-            keep_places(f, plan); /* thinner than the lattice can tell */
-            break;
-        }
-        memset(broken, 0, count);
-    }
-    tl_mem_free(ctx, again);
-    tl_mem_free(ctx, broken);
+    uint8_t *marks = tl_mem_alloc(ctx, count, 1, &st);
+    uint8_t *too_coarse = tl_mem_zalloc(ctx, count, 1, &st);
+    for (int i = 0; !st && i < 2; i++)
+        st = tli_mail_open(ctx, plan->opts.folder, f->segments, &mail[i]);
+    if (!st) st = tli_marks_open(ctx, f, &f->finer);
+    if (!st) st = agree_rounds(f, plan, mail, too_coarse, marks, list);
+    for (int i = 0; i < 2; i++) tli_mail_close(ctx, &mail[i]);
+    tl_mem_free(ctx, too_coarse);
+    tl_mem_free(ctx, marks);
     tl_mem_free(ctx, list);
     return st;
-}
-
-/* ---- twins ---- */
-
-static uint64_t hash_place(const double x[3])
-{
-    uint64_t h = 0, bits;
-    for (int k = 0; k < 3; k++) {
-        double positive = x[k] + 0.0; /* no -0 */
-        memcpy(&bits, &positive, sizeof bits);
-        h = (h ^ bits) * 0x9e3779b97f4a7c15u;
-        h ^= h >> 29;
-    }
-    return h;
-}
-
-static bool same_place(const double a[3], const double b[3])
-{
-    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
-}
-
-/* Vertices of one place have one home: numbers from 1 on for those that are not alone. */
-static tl_status number_twins(tl_ctx *ctx, tli_finest *f, const tl_segment *s, const double *xyz)
-{
-    tl_status st = TL_OK;
-    size_t n = s->vert_count;
-    uint64_t *keys = tl_mem_alloc(ctx, n, sizeof *keys, &st);
-    uint32_t *verts = tl_mem_alloc(ctx, n, sizeof *verts, &st);
-    for (size_t v = 0; !st && v < n; v++) {
-        keys[v] = hash_place(xyz + 3 * v);
-        verts[v] = (uint32_t)v;
-    }
-    if (!st) st = tli_sort_u64(ctx, keys, verts, n);
-    for (size_t i = 0, end; !st && i < n; i = end) {
-        for (end = i + 1; end < n && keys[end] == keys[i]; end++) {
-        }
-        for (size_t a = i; a < end && end - i > 1; a++) {
-            unsigned same = 0, before = 0;
-            const double *x = xyz + 3 * (size_t)verts[a];
-            if (s->links[verts[a]] & TL_LINK_COPY) continue;
-            for (size_t b = i; b < end; b++)
-                if (same_place(x, xyz + 3 * (size_t)verts[b])) {
-                    same++;
-                    before += s->vert_ids[verts[b]] < s->vert_ids[verts[a]];
-                }
-            if (same < 2) continue;
-            if (before + 1 > UINT8_MAX)
-                st = tl_fail(ctx, TL_ERR_UNSUPPORTED, "more than %d vertices at one place",
-                             UINT8_MAX);
-            f->twins[s->vert_ids[verts[a]]] = (uint8_t)(before + 1);
-        }
-    }
-    tl_mem_free(ctx, verts);
-    tl_mem_free(ctx, keys);
-    return st;
-}
-
-static tl_status twin_range(void *arg, size_t begin, size_t end, unsigned worker)
-{
-    tli_finest *f = arg;
-    tl_ctx *ctx = NULL, *root = f->model->ctx;
-    tl_status st = tli_ctx_fork(root, &ctx);
-    (void)worker;
-    for (size_t i = begin; !st && i < end; i++) {
-        tl_segment s;
-        st = tl_segments_load(ctx, f->segments, (uint32_t)i, &s);
-        if (st) break;
-        double *xyz = tl_mem_alloc(ctx, s.vert_count, 3 * sizeof *xyz, &st);
-        if (!st) tli_finest_snap(f, &s, xyz);
-        if (!st) st = number_twins(ctx, f, &s, xyz);
-        tl_mem_free(ctx, xyz);
-        tl_segment_release(ctx, &s);
-    }
-    return tli_ctx_join(root, ctx, st);
 }
 
 tl_status tli_finest_agree(tli_finest *f, tli_plan *plan)
 {
     tl_status st = TL_OK;
-    tl_ctx *ctx = f->model->ctx;
-    uint64_t end = tl_segments_id_end(f->segments);
     if (plan->opts.lossless) {
         keep_places(f, plan);
     } else {
         choose_steps(plan, &f->unit, &f->largest);
         set_lattice(plan, f->unit, f->largest);
-        f->finer = tl_mem_zalloc(ctx, (size_t)end, 1, &st);
-        f->wanted = tl_mem_zalloc(ctx, (size_t)end, 1, &st);
-        if (!st) st = agree_on_steps(f, plan);
-        tl_mem_free(ctx, f->wanted);
-        f->wanted = NULL;
+        st = agree_on_steps(f, plan);
     }
-    f->twins = tl_mem_zalloc(ctx, (size_t)end, 1, &st);
-    if (!st) st = tli_parallel(ctx, tl_segments_count(f->segments), 1, twin_range, f);
-    return st;
+    return st ? st : tli_finest_number_twins(f);
 }
 
 void tli_finest_release(tli_finest *f)
 {
-    tl_mem_free(f->model->ctx, f->twins);
-    tl_mem_free(f->model->ctx, f->wanted);
-    tl_mem_free(f->model->ctx, f->finer);
+    tli_marks_close(f->model->ctx, &f->twins);
+    tli_marks_close(f->model->ctx, &f->finer);
 }
