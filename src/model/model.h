@@ -9,6 +9,7 @@
 #include "mesh/mesh.h"
 #include "model/model_depot.h"
 #include "model/model_seams.h"
+#include "model/model_tape.h"
 #include "simplify/simplify_piece.h"
 #include "tetralod/model.h"
 #include "tetralod/segment.h"
@@ -128,6 +129,7 @@ typedef struct tli_model {
     tli_depot *meshes;        /* bundles of all levels */
     tli_depot *carried[2];    /* records: of this level and the next */
     tli_depot *seam_files[2]; /* likewise: vertices that patches share */
+    tli_depot *tapes;
     tli_seams seams;          /* of the last level */
     tli_patch_note *patches;
     size_t patch_count, patch_capacity;

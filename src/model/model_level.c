@@ -191,6 +191,7 @@ static tl_status process_all(level_job *j, bool *more)
     for (*more = false; !st && !*more; bound *= 4) {
         uint64_t in = 0, out = 0;
         level->boundary_error = bound < most ? bound : most;
+        tli_depot_clear(m->tapes);
         tli_depot_clear(m->carried[(level->level + 1) & 1]);
         tli_depot_clear(m->seam_files[(level->level + 1) & 1]);
         st = find_cost(j);

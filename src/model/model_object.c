@@ -95,6 +95,7 @@ tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_model **model)
     m->ctx = ctx;
     m->plan = plan;
     st = tli_depot_create(ctx, plan->opts.folder, &m->meshes);
+    if (!st) st = tli_depot_create(ctx, plan->opts.folder, &m->tapes);
     for (int i = 0; !st && i < 2; i++) {
         st = tli_depot_create(ctx, plan->opts.folder, &m->carried[i]);
         if (!st) st = tli_depot_create(ctx, plan->opts.folder, &m->seam_files[i]);
@@ -125,6 +126,7 @@ void tli_model_destroy(tli_model *m)
     tl_mem_free(m->ctx, m->patches);
     tl_mem_free(m->ctx, m->segments);
     tli_depot_destroy(m->meshes);
+    tli_depot_destroy(m->tapes);
     for (int i = 0; i < 2; i++) {
         tli_depot_destroy(m->carried[i]);
         tli_depot_destroy(m->seam_files[i]);

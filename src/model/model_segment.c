@@ -17,7 +17,7 @@ typedef struct job {
     tli_weld weld;
     tli_piece_result piece;
     tl_lidx *opposite;
-    tl_lidx *tets[TLI_KINDS]; /* of the new mesh that hold the records, by number */
+    tli_tape tets[TLI_KINDS]; /* of the new mesh that hold the records, one after another */
     double *mesh_values;      /* [vert_count][vert_comps] of the new mesh */
     double *sums, *volumes;   /* [tet_count]: for the means of channels on tets */
     tli_fit *fit;
@@ -96,7 +96,9 @@ static tl_status place_record(void *user, uint32_t input, size_t number, const d
     tl_status st = tli_carrier_locate(&j->carrier, record, hint_of(j, input, record, doubles), &tet,
                                       w, &distance);
     if (st) return st;
-    j->tets[j->kind][number] = tet;
+    (void)number;
+    st = tli_tape_write(&j->tets[j->kind], tet);
+    if (st) return st;
     if (j->kind == TLI_POINTS) {
         tli_fit_add(j->fit, tet, w, record + 3, j->mesh_values);
         return TL_OK;
@@ -106,16 +108,6 @@ static tl_status place_record(void *user, uint32_t input, size_t number, const d
     for (size_t k = 0; k < j->plan->tet_comps; k++)
         j->sums[tet * j->plan->tet_comps + k] += volume * record[4 + k];
     return TL_OK;
-}
-
-static uint64_t count_records(const job *j, int kind)
-{
-    uint64_t count = 0;
-    for (uint32_t i = 0; i < j->segment->input_count; i++) {
-        const tli_extents *e = &j->level->model->patches[j->segment->inputs[i]].extents[kind];
-        for (size_t k = 0; k < e->count; k++) count += e->items[k].count;
-    }
-    return count;
 }
 
 /* Between the channels of the new mesh and rows of values. */
@@ -187,7 +179,7 @@ static tl_status set_values(job *j)
     if (!st) st = tli_fit_create(j->ctx, mesh, j->plan->vert_comps, &j->fit);
     if (!st) copy_values(j, false);
     for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
-        j->tets[j->kind] = tl_mem_alloc(j->ctx, count_records(j, j->kind), sizeof(tl_lidx), &st);
+        st = tli_tape_open(j->ctx, model->tapes, &j->tets[j->kind]);
         if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, place_record, j);
     }
     if (!st) {
@@ -205,9 +197,11 @@ static tl_status deal_record(void *user, uint32_t input, size_t number, const do
 {
     job *j = user;
     double w[4], distance;
-    tl_lidx tet = j->tets[j->kind][number];
+    tl_lidx tet;
+    (void)input, (void)number;
+    tl_status st = tli_tape_read(&j->tets[j->kind], &tet);
+    if (st) return st;
     uint32_t part = j->part[tet];
-    (void)input;
     tli_carrier_weigh(&j->carrier, record, tet, w, &distance);
     tli_carrier_measure(&j->carrier, j->kind, record, tet, w, distance,
                         j->product->patches[part].squares);
@@ -225,6 +219,8 @@ static tl_status deal(job *j)
     tli_depot *from = model->carried[j->level->level & 1],
               *to = model->carried[(j->level->level + 1) & 1];
     for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
+        st = tli_tape_rewind(&j->tets[j->kind]);
+        if (st) break;
         st = tli_dealer_open(j->ctx, model, to, j->product->patches, j->product->patch_count,
                              j->kind, &j->dealer);
         if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, deal_record, j);
@@ -283,8 +279,8 @@ static void release_job(job *j)
     tl_ctx *ctx = j->ctx;
     tl_locator_destroy(j->carrier.locator);
     tli_fit_destroy(j->fit);
-    void *blocks[] = {j->tet_local,   j->part,    j->volumes, j->sums,
-                      j->mesh_values, j->tets[0], j->tets[1], j->opposite};
+    void *blocks[] = {j->tet_local, j->part, j->volumes, j->sums, j->mesh_values, j->opposite};
+    for (int k = 0; k < TLI_KINDS; k++) tli_tape_close(&j->tets[k]);
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
     tli_piece_release(ctx, &j->piece);
     tli_weld_release(ctx, &j->weld);
