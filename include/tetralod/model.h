@@ -38,7 +38,15 @@ typedef struct tl_build_opts {
     double reduction;      /* part of the tets that a level leaves, 0.25 to 0.75; default 0.5 */
     uint64_t memory_bytes; /* what the work should take, beside a budget of the context; default 0:
                               256 MiB for the input, and segments for each thread */
-    const char *folder;    /* for work files, borrowed; default NULL: /tmp */
+    const char *folder;    /* for work files, borrowed; default NULL: that of keep or resume, else
+                              /tmp. They have no names where the file system allows it */
+    const char *keep;      /* folder, made if it is not there, in which the work stays after each
+                              stage, so that a build that ends early can be gone on with. borrowed;
+                              default NULL: nothing stays. Not for a mesh in memory */
+    const char *resume;    /* folder of such a build, which is gone on with; input and options must
+                              be those of before but for memory and folder. borrowed; default NULL */
+    const char *until;     /* with keep or resume: the stage it ends after, without a file:
+                              "segment", "finest" or "level N". borrowed; default NULL */
 } tl_build_opts;
 TL_API tl_build_opts tl_build_opts_defaults(void);
 
@@ -52,7 +60,7 @@ typedef struct tl_build_level {
 typedef struct tl_build_result {
     uint64_t tets_in, tets_stored;
     uint64_t segments, patches;
-    uint64_t bytes; /* of the file */
+    uint64_t bytes; /* of the file; 0: it was to end after a stage */
     double seconds;
     size_t peak_bytes;      /* of the context */
     tl_build_level *levels; /* [level_count], finest first, gives: tl_build_release */
@@ -60,7 +68,9 @@ typedef struct tl_build_result {
 } tl_build_result;
 
 /* Builds the model of the data set in a file. read and opts may be NULL (defaults). The file at
- * path appears only when it is complete. The bytes do not depend on the number of threads. As
+ * path appears only when it is complete. The bytes do not depend on the number of threads, on
+ * memory_bytes, nor on whether a build was interrupted and resumed. TL_ERR_DATA for a folder to
+ * resume of another input or with other options. As
  * tl_mesh_read, and TL_ERR_ARG for options out of range, TL_ERR_DATA for a data set without tets or
  * a channel that is not there, TL_ERR_UNSUPPORTED for more than 255 vertices at one place. */
 TL_API tl_status tl_model_build(tl_ctx *ctx, const char *input, const tl_read_opts *read,

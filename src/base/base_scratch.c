@@ -123,6 +123,26 @@ tl_status tli_scratch_open_file(tl_ctx *ctx, const char *path, tli_scratch **scr
     return finish_open(ctx, scratch, "can't be opened");
 }
 
+tl_status tli_scratch_open_named(tl_ctx *ctx, const char *path, bool anew, tli_scratch **scratch)
+{
+    struct stat info;
+    tl_status st = scratch_create(ctx, path, strlen(path), scratch);
+    if (st) return st;
+    tli_scratch *s = *scratch;
+    s->reading = true; /* messages name the file */
+    if (!tli_file_fault(ctx))
+        s->fd = open(path, O_RDWR | O_CLOEXEC | (anew ? O_CREAT | O_TRUNC : 0), 0666);
+    if (s->fd >= 0 && !fstat(s->fd, &info)) s->bytes = (uint64_t)info.st_size;
+    return finish_open(ctx, scratch, "can't be opened");
+}
+
+tl_status tli_scratch_sync(tl_ctx *ctx, tli_scratch *s)
+{
+    if (tli_file_fault(ctx) || fdatasync(s->fd))
+        return fail(ctx, s, "can't be brought to the disk");
+    return TL_OK;
+}
+
 /* Gives a file without a name the one in s->name. */
 static int link_name(tli_scratch *s)
 {
@@ -195,6 +215,11 @@ tl_status tli_scratch_read(tl_ctx *ctx, const tli_scratch *s, uint64_t ofs, void
         byte_count -= (size_t)done;
     }
     return TL_OK;
+}
+
+const char *tli_scratch_folder(const tli_scratch *s)
+{
+    return s->folder;
 }
 
 uint64_t tli_scratch_bytes(const tli_scratch *s)

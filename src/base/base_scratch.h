@@ -14,6 +14,11 @@ tl_status tli_scratch_open(tl_ctx *ctx, const char *folder, tli_scratch **scratc
 tl_status tli_scratch_open_file(tl_ctx *ctx, const char *path, tli_scratch **scratch);
 /* The working file of a file that is to stand under path: in the folder of path. */
 tl_status tli_scratch_open_beside(tl_ctx *ctx, const char *path, tli_scratch **scratch);
+/* A file under a name that stays when it is closed, or the program ends: begun anew, or as it is.
+ */
+tl_status tli_scratch_open_named(tl_ctx *ctx, const char *path, bool anew, tli_scratch **scratch);
+/* Brings what was written to the disk. */
+tl_status tli_scratch_sync(tl_ctx *ctx, tli_scratch *scratch);
 /* Gives it that name, replacing what has it. It stays when the file is closed. */
 tl_status tli_scratch_keep(tli_scratch *scratch, const char *path);
 /* NULL is allowed. */
@@ -25,6 +30,8 @@ tl_status tli_scratch_write(tl_ctx *ctx, tli_scratch *scratch, uint64_t ofs, con
                             size_t byte_count);
 tl_status tli_scratch_read(tl_ctx *ctx, const tli_scratch *scratch, uint64_t ofs, void *bytes,
                            size_t byte_count);
+/* For messages: its folder, or its path where it has a name. */
+const char *tli_scratch_folder(const tli_scratch *scratch);
 /* First byte behind all that was written. */
 uint64_t tli_scratch_bytes(const tli_scratch *scratch);
 

@@ -32,7 +32,14 @@ static const cli_option SHAPE[] = {
      "how far the boundary of the coarsest level may be from the original one, in percent of the "
      "box's diagonal"},
     {CLI_TMP, 0, "tmp", CLI_TYPE_TEXT, "DIR", NULL, 0, 0,
-     "folder for work files, which have no names; /tmp if not said"},
+     "folder for work files, which have no names; that of --keep, else /tmp, if not said"},
+    {CLI_KEEP_WORK, 0, "keep", CLI_TYPE_TEXT, "DIR", NULL, 0, 0,
+     "keep the work in DIR, stage by stage, so that a build that ends early can be resumed"},
+    {CLI_RESUME, 0, "resume", CLI_TYPE_TEXT, "DIR", NULL, 0, 0,
+     "go on with the build that was kept in DIR: the same input and options but --threads, "
+     "--memory and --tmp. The file has the same bytes as if it had not been interrupted"},
+    {CLI_STOP_AFTER, 0, "stop-after", CLI_TYPE_TEXT, "STAGE", NULL, 0, 0,
+     "with --keep or --resume: end after 'segment', 'finest' or 'level N', without a file"},
 };
 static const cli_group RESULT_GROUP = {"Result", RESULT, sizeof RESULT / sizeof *RESULT};
 static const cli_group SHAPE_GROUP = {"Model", SHAPE, sizeof SHAPE / sizeof *SHAPE};
@@ -97,7 +104,7 @@ static int fill_request(const cli_session *session, request *r)
     const cli_value *boundary = cli_get(session, CLI_BOUNDARY_ERROR);
     int failed = CLI_DONE;
     r->opts = tl_build_opts_defaults();
-    if (!cli_get(session, CLI_OUTPUT)->given)
+    if (!cli_get(session, CLI_OUTPUT)->given && !cli_get(session, CLI_STOP_AFTER)->given)
         return cli_misuse(session->args.verb, "-o M.tlod is missing");
     for (size_t i = 0; i < channels->item_count && !failed; i++)
         failed = add_channels(session, r, channels->items[i]);
@@ -114,6 +121,9 @@ static int fill_request(const cli_session *session, request *r)
     r->opts.reduction = cli_get(session, CLI_REDUCTION)->real;
     r->opts.memory_bytes = cli_get(session, CLI_MEMORY)->count;
     r->opts.folder = cli_get(session, CLI_TMP)->text;
+    r->opts.keep = cli_get(session, CLI_KEEP_WORK)->text;
+    r->opts.resume = cli_get(session, CLI_RESUME)->text;
+    r->opts.until = cli_get(session, CLI_STOP_AFTER)->text;
     return failed;
 }
 
@@ -128,7 +138,9 @@ static bool is_same_file(const char *a, const char *b)
 static void print_json(const cli_session *session, const char *path, const tl_build_result *r)
 {
     json_t *object = json_object();
-    cli_json_text(object, "file", path);
+    cli_json_text(object, "file", r->bytes ? path : "");
+    if (!r->bytes)
+        cli_json_text(object, "stopped_after", cli_get(session, CLI_STOP_AFTER)->text);
     cli_json_count(object, "tets_in", r->tets_in);
     cli_json_count(object, "tets_stored", r->tets_stored);
     cli_json_count(object, "segments", r->segments);
@@ -147,6 +159,12 @@ static void print_json(const cli_session *session, const char *path, const tl_bu
 static void print_text(cli_session *session, const char *path, const tl_build_result *r)
 {
     cli_print_notes(session);
+    if (!r->bytes) {
+        printf("stopped     after '%s', %s tets in, %zu levels so far, in %s\n",
+               cli_get(session, CLI_STOP_AFTER)->text, cli_count(r->tets_in).s, r->level_count,
+               cli_seconds(r->seconds).s);
+        return;
+    }
     printf("built       %s of %s tets (%s of them in all levels), in %s (%s tets)\n", path,
            cli_count(r->tets_in).s, cli_count(r->tets_stored).s, cli_seconds(r->seconds).s,
            cli_rate((double)r->tets_in / r->seconds).s);
@@ -170,7 +188,7 @@ static int run(cli_session *session)
     int failed = fill_request(session, &r);
     if (!failed) failed = cli_read_opts(session, input, &read);
     if (failed) return failed;
-    if (is_same_file(input, path))
+    if (path && is_same_file(input, path))
         return cli_misuse(session->args.verb, "'%s' is the input: the model needs another name",
                           path);
     tl_status st = tl_model_build(session->ctx, input, &read, path, &r.opts, &result);

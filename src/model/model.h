@@ -126,11 +126,12 @@ typedef struct tli_segment_note {
 typedef struct tli_model {
     tl_ctx *ctx;
     const tli_plan *plan;
+    struct tli_work *work;
     tli_depot *meshes;        /* bundles of all levels */
     tli_depot *carried[2];    /* records: of this level and the next */
     tli_depot *seam_files[2]; /* likewise: vertices that patches share */
     tli_depot *tapes;
-    tli_seams seams;          /* of the last level */
+    tli_seams seams; /* of the last level */
     tli_patch_note *patches;
     size_t patch_count, patch_capacity;
     tli_segment_note *segments;
@@ -140,7 +141,10 @@ typedef struct tli_model {
 } tli_model;
 
 /* ---- model_object.c ---- */
-tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_model **model);
+struct tli_work;
+/* work is borrowed: depots lie in its folder, if it has one. */
+tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, struct tli_work *work,
+                           tli_model **model);
 void tli_model_destroy(tli_model *model);
 /* Adds count patches (segments) with their arrays, zeroed; the numbers start at *first. */
 tl_status tli_model_add_patches(tli_model *model, size_t count, size_t *first);
@@ -267,10 +271,6 @@ tl_status tli_model_write(const tli_model *model, const char *path, const tli_in
 /* ---- model_build.c ---- */
 void tli_model_saturate(tli_model *model);
 
-/* ---- model_level.c ---- */
-/* Makes all levels above those patches of level 0 that are in the model. */
-tl_status tli_model_grow(tli_model *model);
-
 /* ---- model_survey.c ---- */
 typedef struct tli_channel_survey {
     double range[2];  /* of the values, or of their norms */
@@ -279,13 +279,19 @@ typedef struct tli_channel_survey {
 } tli_channel_survey;
 /* What one pass over the input finds. */
 typedef struct tli_survey {
-    tli_channel_survey *channels; /* those of the segments */
+    tli_channel_survey *channels; /* [channel_count] those of the segments */
+    size_t channel_count;
     double bounds[6], volume;
     uint64_t inverted, degenerate;
     bool is_finite, is_float32; /* all places */
 } tli_survey;
 tl_status tli_survey_make(tl_ctx *ctx, const tl_segments *segments, tli_survey *survey);
 void tli_survey_release(tl_ctx *ctx, tli_survey *survey);
+
+/* ---- model_level.c ---- */
+/* Makes all levels above the last one that is in the model, and notes
+ * each of them in the work folder; *ended: the build was to stop behind the last one. */
+tl_status tli_model_grow(tli_model *model, const tli_survey *survey, bool *ended);
 
 /* ---- model_finest.c ---- */
 /* Level 0. Sets the plan's lattice and the leaf errors. */

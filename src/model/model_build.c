@@ -1,7 +1,7 @@
 /* The driver of a build. */
 #include <math.h>
 
-#include "model/model.h"
+#include "model/model_work.h"
 
 /* Part of the memory that the segments of the input are made in. */
 enum { SEGMENT_PART = 2 };
@@ -81,27 +81,41 @@ static tli_input describe(const tl_segments *segments, const tli_survey *survey,
     return input;
 }
 
+/* The finest level, made or as it was noted. */
+static tl_status begin(tli_model *model, tli_plan *plan, const tl_segments *segments,
+                       const tli_survey *survey)
+{
+    tli_work *work = model->work;
+    if (work->stage >= TLI_STAGE_FINEST) return tli_work_load_model(work, plan, model);
+    tl_status st = tli_model_begin(model, plan, segments);
+    model->level_count = 1;
+    return st ? st : tli_work_save(work, TLI_STAGE_FINEST, survey, model);
+}
+
 /* Ends the segments as soon as the finest level has been made of them. */
-static tl_status build(tl_ctx *ctx, tl_segments **segments, const char *path,
+static tl_status build(tl_ctx *ctx, tl_segments **segments, tli_work *work, const char *path,
                        const tl_build_opts *opts, tl_build_result *r)
 {
+    bool ended = false;
     tli_plan plan;
     tli_survey survey;
     tli_model *model = NULL;
     if (tl_segments_tet_count(*segments) == 0)
         return tl_fail(ctx, TL_ERR_DATA, "the data set has no tets");
-    tl_status st = tli_survey_make(ctx, *segments, &survey);
+    tl_status st = work->stage >= TLI_STAGE_FINEST
+                       ? tli_work_load_survey(work, tl_segments_channel_count(*segments), &survey)
+                       : tli_survey_make(ctx, *segments, &survey);
     if (!st) st = tli_plan_create(ctx, *segments, &survey, opts, &plan);
     if (st) goto done;
     tli_input input = describe(*segments, &survey, plan.diagonal);
-    st = tli_model_create(ctx, &plan, &model);
-    if (!st) st = tli_model_begin(model, &plan, *segments);
+    st = tli_model_create(ctx, &plan, work, &model);
+    if (!st) st = begin(model, &plan, *segments, &survey);
     tl_segments_destroy(*segments);
     *segments = NULL;
-    if (!st) st = tli_model_grow(model);
+    if (!st) st = tli_model_grow(model, &survey, &ended);
     if (!st) tli_model_saturate(model);
     if (!st) st = set_levels(model, r);
-    if (!st) st = tli_model_write(model, path, &input, &r->bytes);
+    if (!st && !ended) st = tli_model_write(model, path, &input, &r->bytes);
     r->tets_in = input.tets;
     tli_model_destroy(model);
     tli_plan_release(&plan);
@@ -118,6 +132,7 @@ static tl_status take_opts(tl_ctx *ctx, const tl_build_opts *given, tl_build_opt
     tl_status st = tli_opts_take(ctx, "tl_build_opts", given, opts, sizeof *opts);
     if (!st) st = tli_build_opts_check(ctx, opts);
     *segment = tl_segment_opts_defaults();
+    if (!opts->folder) opts->folder = opts->resume ? opts->resume : opts->keep;
     segment->folder = opts->folder;
     segment->adjacency = false;
     if (opts->memory_bytes) segment->memory_bytes = opts->memory_bytes / SEGMENT_PART;
@@ -129,6 +144,26 @@ static tl_status take_opts(tl_ctx *ctx, const tl_build_opts *given, tl_build_opt
     return st;
 }
 
+/* The input in segments, made or as they were kept. */
+static tl_status open_segments(tl_ctx *ctx, const char *input, const tl_read_opts *read,
+                               const tl_mesh *mesh, const tl_segment_opts *opts, tli_work *work,
+                               tl_segments **segments)
+{
+    tl_status st = TL_OK;
+    char *path = tli_work_path(work, "segments.work", &st);
+    if (st) return st;
+    if (work->stage >= TLI_STAGE_SEGMENT)
+        st = tl_segments_open(ctx, path, segments);
+    else if (mesh)
+        st = tl_segments_build_mesh(ctx, mesh, opts, path, segments);
+    else
+        st = tl_segments_build(ctx, input, read, opts, path, segments, NULL);
+    tl_mem_free(ctx, path);
+    if (!st && work->stage < TLI_STAGE_SEGMENT)
+        st = tli_work_save(work, TLI_STAGE_SEGMENT, NULL, NULL);
+    return st;
+}
+
 /* input or mesh. */
 static tl_status build_any(tl_ctx *ctx, const char *input, const tl_read_opts *read,
                            const tl_mesh *mesh, const char *path, const tl_build_opts *given,
@@ -137,6 +172,7 @@ static tl_status build_any(tl_ctx *ctx, const char *input, const tl_read_opts *r
     tl_build_opts opts;
     tl_segment_opts segment;
     tl_segments *segments = NULL;
+    tli_work work = {0};
     tl_build_result r = {0};
     double start = tli_clock_s();
     *result = r;
@@ -144,11 +180,13 @@ static tl_status build_any(tl_ctx *ctx, const char *input, const tl_read_opts *r
     tl_status st = take_opts(ctx, given, &opts, &segment);
     if (!st && mesh && tl_mesh_tet_count(mesh) == 0)
         st = tl_fail(ctx, TL_ERR_DATA, "the mesh has no tets");
-    if (!st)
-        st = mesh ? tl_segments_build_mesh(ctx, mesh, &segment, NULL, &segments)
-                  : tl_segments_build(ctx, input, read, &segment, NULL, &segments, NULL);
-    if (!st) st = build(ctx, &segments, path, &opts, &r);
+    if (!st) st = tli_work_open(ctx, input, read, &opts, &work);
+    if (!st) st = open_segments(ctx, input, read, mesh, &segment, &work, &segments);
+    if (!st) r.tets_in = tl_segments_tet_count(segments);
+    if (!st && !tli_work_ends(&work, TLI_STAGE_SEGMENT))
+        st = build(ctx, &segments, &work, path, &opts, &r);
     tl_segments_destroy(segments);
+    tli_work_close(&work);
     r.seconds = tli_clock_s() - start;
     r.peak_bytes = tl_ctx_peak_bytes(ctx);
     if (st) {

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "model/model.h"
+#include "model/model_work.h"
 
 /* Segments of the sample at the finest level, and at others. */
 enum { SAMPLE_FINEST = 10, SAMPLE = 6 };
@@ -235,19 +235,31 @@ static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, b
     return st;
 }
 
-tl_status tli_model_grow(tli_model *m)
+/* The last level's first patch. */
+static size_t last_level(const tli_model *m)
+{
+    size_t first = m->patch_count;
+    while (first && m->patches[first - 1].level + 1 == m->level_count) first--;
+    return first;
+}
+
+tl_status tli_model_grow(tli_model *m, const tli_survey *survey, bool *ended)
 {
     tl_status st = TL_OK;
-    size_t first = 0;
+    size_t first = last_level(m);
     bool more = true;
-    m->level_count = 1;
-    while (!st && more) {
+    *ended = tli_work_ends(m->work, TLI_STAGE_FINEST + m->level_count - 1);
+    while (!st && more && !*ended) {
         size_t end = m->patch_count;
         uint64_t tets = 0;
         for (size_t p = first; p < end; p++) tets += m->patches[p].tet_count;
         if (end - first < 2 && tets <= m->plan->opts.patch_tets / 2) break;
         st = grow_level(m, m->level_count - 1, first, &more);
-        if (!st && more) m->level_count++;
+        if (!st && more) {
+            uint32_t stage = TLI_STAGE_FINEST + m->level_count++;
+            st = tli_work_save(m->work, stage, survey, m);
+            *ended = tli_work_ends(m->work, stage);
+        }
         first = end;
     }
     return st;

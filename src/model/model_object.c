@@ -1,7 +1,7 @@
 /* The lists of a model under construction. */
 #include <string.h>
 
-#include "model/model.h"
+#include "model/model_work.h"
 
 /* ---- bundles ---- */
 
@@ -86,7 +86,7 @@ void tli_errors_release(tl_ctx *ctx, tli_errors *e)
 
 /* ---- the model ---- */
 
-tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_model **model)
+tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_work *work, tli_model **model)
 {
     tl_status st = TL_OK;
     tli_model *m = tl_mem_zalloc(ctx, 1, sizeof *m, &st);
@@ -94,11 +94,13 @@ tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_model **model)
     if (st) return st;
     m->ctx = ctx;
     m->plan = plan;
-    st = tli_depot_create(ctx, plan->opts.folder, &m->meshes);
-    if (!st) st = tli_depot_create(ctx, plan->opts.folder, &m->tapes);
+    m->work = work;
+    st = tli_depot_create(ctx, plan->opts.folder, &m->tapes);
+    if (!st) st = tli_work_depot(work, plan, "meshes.work", &m->meshes);
     for (int i = 0; !st && i < 2; i++) {
-        st = tli_depot_create(ctx, plan->opts.folder, &m->carried[i]);
-        if (!st) st = tli_depot_create(ctx, plan->opts.folder, &m->seam_files[i]);
+        st = tli_work_depot(work, plan, i ? "carried1.work" : "carried0.work", &m->carried[i]);
+        if (!st)
+            st = tli_work_depot(work, plan, i ? "seams1.work" : "seams0.work", &m->seam_files[i]);
     }
     if (st)
         tli_model_destroy(m);

@@ -15,7 +15,7 @@ static tl_status survey_create(tl_ctx *ctx, const tl_segments *segments, tli_sur
 {
     tl_status st = TL_OK;
     size_t n = tl_segments_channel_count(segments);
-    *s = (tli_survey){.is_finite = true, .is_float32 = true};
+    *s = (tli_survey){.channel_count = n, .is_finite = true, .is_float32 = true};
     s->channels = tl_mem_alloc(ctx, n, sizeof *s->channels, &st);
     for (size_t i = 0; !st && i < n; i++)
         s->channels[i] = (tli_channel_survey){
