@@ -52,6 +52,7 @@ typedef struct tli_plan {
     tl_simplify_channel *steering; /* [field_count] of those on vertices, for the pieces */
     double *steering_scales;
     size_t steering_count;
+    size_t at_once;     /* segments in memory at the same time */
     uint64_t bin_bytes; /* of memory for a part of what is sorted in files */
 } tli_plan;
 

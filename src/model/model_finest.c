@@ -6,6 +6,7 @@
 #include "base/base_sort.h"
 #include "model/model.h"
 #include "model/model_finest.h"
+#include "model/model_turns.h"
 
 /* ---- a segment as a mesh ---- */
 
@@ -239,7 +240,7 @@ tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *s
     tl_status st = tli_finest_agree(&f, plan);
     all.products = tl_mem_zalloc(model->ctx, count, sizeof *all.products, &st);
     all.carried = tl_mem_zalloc(model->ctx, count, sizeof *all.carried, &st);
-    if (!st) st = tli_parallel(model->ctx, count, 1, process_range, &all);
+    if (!st) st = tli_turns(model->ctx, "finest", count, plan->at_once, process_range, &all);
     for (size_t i = 0; !st && i < count; i++) {
         model->point_count += all.carried[i][TLI_POINTS];
         model->cell_count += all.carried[i][TLI_CELLS];

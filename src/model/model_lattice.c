@@ -7,6 +7,7 @@
 #include "base/base_predicates.h"
 #include "model/model_finest.h"
 #include "model/model_mail.h"
+#include "model/model_turns.h"
 
 enum {
     AXIS_BITS = 31,  /* of the places of a data set along an axis */
@@ -232,8 +233,7 @@ static tl_status agree_rounds(tli_finest *f, tli_plan *plan, tli_mail mail[2], u
         tli_mail *said = &mail[round & 1];
         agree_job job = {f, list, &mail[(round + 1) & 1], said, too_coarse};
         tli_mail_clear(said);
-        st = tl_progress(ctx, "lattice", count - left, count);
-        if (!st) st = tli_parallel(ctx, left, 1, look_range, &job);
+        st = tli_turns(ctx, "lattice", left, plan->at_once, look_range, &job);
         left = tli_mail_list(said, marks, list);
         for (uint32_t s = 0; s < count; s++) is_coarse |= too_coarse[s];
     }

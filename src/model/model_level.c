@@ -4,14 +4,14 @@
  * is found on a sample of the segments. */
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
+#include "model/model_turns.h"
 #include "model/model_work.h"
 
 /* Segments of the sample at the finest level, and at others. */
 enum { SAMPLE_FINEST = 10, SAMPLE = 6 };
-/* Segments for each thread between reports of progress. */
-enum { WINDOW = 12 };
 /* A level that leaves more than this part of the tets is not worth having. */
 static const double TOO_MUCH_LEFT = 0.95;
 /* How far the first level's boundary may be off, in diagonals; the next ones twice as far each. */
@@ -37,7 +37,6 @@ typedef struct level_job {
     slice *slices; /* of the sample */
     size_t sample;
     tli_product *products; /* [count] */
-    size_t first;          /* segment of the window that is processed */
 } level_job;
 
 static tl_status probe(void *arg, size_t begin, size_t end, unsigned worker)
@@ -67,7 +66,9 @@ static tl_status find_cost(level_job *j)
     j->sample = j->count < sample ? j->count : sample;
     size_t count = j->sample * TLI_CURVE_POINTS;
     j->slices = tl_mem_alloc(j->level->model->ctx, count, sizeof *j->slices, &st);
-    if (!st) st = tli_parallel(j->level->model->ctx, j->sample, 1, probe, j);
+    if (!st)
+        st = tli_turns(j->level->model->ctx, "probe", j->sample, j->level->model->plan->at_once,
+                       probe, j);
     if (!st) {
         double all = 0, gone = 0;
         qsort(j->slices, count, sizeof *j->slices, by_cost);
@@ -90,24 +91,17 @@ static tl_status process(void *arg, size_t begin, size_t end, unsigned worker)
     tl_ctx *ctx = NULL;
     tl_status st = tli_ctx_fork(j->level->model->ctx, &ctx);
     (void)worker;
-    for (size_t i = j->first + begin; !st && i < j->first + end; i++)
+    for (size_t i = begin; !st && i < end; i++)
         st = tli_segment_process(ctx, j->level, &j->segments[i], &j->products[i]);
     return tli_ctx_join(j->level->model->ctx, ctx, st);
 }
 
-/* All segments, in windows between which progress is told: large enough to keep all threads busy.
- */
-static tl_status process_windows(level_job *j)
+static tl_status process_segments(level_job *j)
 {
-    tl_status st = TL_OK;
-    tl_ctx *ctx = j->level->model->ctx;
-    size_t window = WINDOW * tl_ctx_thread_count(ctx);
-    for (j->first = 0; !st && j->first < j->count; j->first += window) {
-        size_t left = j->count - j->first;
-        st = tl_progress(ctx, "simplify", j->first, j->count);
-        if (!st) st = tli_parallel(ctx, left < window ? left : window, 1, process, j);
-    }
-    return st ? st : tl_progress(ctx, "simplify", j->count, j->count);
+    char stage[24];
+    const tli_plan *plan = j->level->model->plan;
+    snprintf(stage, sizeof stage, "level %u", j->level->level + 1);
+    return tli_turns(plan->ctx, stage, j->count, plan->at_once, process, j);
 }
 
 /* The segments of a level with their input patches, which stay in the order they have. */
@@ -195,7 +189,7 @@ static tl_status process_all(level_job *j, bool *more)
         tli_depot_clear(m->carried[(level->level + 1) & 1]);
         tli_depot_clear(m->seam_files[(level->level + 1) & 1]);
         st = find_cost(j);
-        if (!st) st = process_windows(j);
+        if (!st) st = process_segments(j);
         for (size_t s = 0; !st && s < j->count; s++) {
             in += j->products[s].input_tets;
             out += j->products[s].output_tets;

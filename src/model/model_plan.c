@@ -198,6 +198,7 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
     }
     p->diagonal = sqrt(square);
     p->boundary_error = p->opts.boundary_error * p->diagonal;
+    p->at_once = tl_ctx_thread_count(ctx);
     p->bin_bytes = opts->memory_bytes ? opts->memory_bytes / BIN_PART : BIN_BYTES;
     if (p->bin_bytes < BIN_BYTES_MIN) p->bin_bytes = BIN_BYTES_MIN;
     return TL_OK;

@@ -4,6 +4,7 @@
 
 #include "base/base_predicates.h"
 #include "model/model.h"
+#include "model/model_turns.h"
 
 typedef struct survey_job {
     tl_ctx *ctx;
@@ -134,7 +135,7 @@ tl_status tli_survey_make(tl_ctx *ctx, const tl_segments *segments, tli_survey *
     size_t count = tl_segments_count(segments), channels = tl_segments_channel_count(segments);
     survey_job job = {ctx, segments, tl_mem_zalloc(ctx, count, sizeof *job.parts, &st)};
     *survey = (tli_survey){0};
-    if (!st) st = tli_parallel(ctx, count, 1, survey_range, &job);
+    if (!st) st = tli_turns(ctx, "survey", count, tl_ctx_thread_count(ctx), survey_range, &job);
     if (!st) st = survey_create(ctx, segments, survey);
     for (size_t i = 0; !st && i < count; i++) add_survey(survey, &job.parts[i], channels);
     for (size_t i = 0; job.parts && i < count; i++) tli_survey_release(ctx, &job.parts[i]);

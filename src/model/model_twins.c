@@ -6,6 +6,7 @@
 #include "base/base_sort.h"
 #include "model/model_finest.h"
 #include "model/model_mail.h"
+#include "model/model_turns.h"
 
 enum { NUMBER_BITS = 8 }; /* a word is a vertex id and its number */
 
@@ -173,10 +174,11 @@ tl_status tli_finest_number_twins(tli_finest *f)
     tl_status opened = tli_mail_open(ctx, f->model->plan->opts.folder, f->segments, &mail);
     if (!st) st = opened;
     if (!st) st = tli_marks_open(ctx, f, &f->twins);
-    if (!st) st = tli_parallel(ctx, count, 1, twin_range, &job);
+    size_t at_once = f->model->plan->at_once;
+    if (!st) st = tli_turns(ctx, "twins", count, at_once, twin_range, &job);
     if (!st) listeners = tli_mail_list(&mail, marks, list);
     job.list = list;
-    if (!st && listeners) st = tli_parallel(ctx, listeners, 1, twin_range, &job);
+    if (!st && listeners) st = tli_turns(ctx, "twins", listeners, at_once, twin_range, &job);
     tli_mail_close(ctx, &mail);
     tl_mem_free(ctx, marks);
     tl_mem_free(ctx, list);
