@@ -139,8 +139,7 @@ static void print_json(const cli_session *session, const char *path, const tl_bu
 {
     json_t *object = json_object();
     cli_json_text(object, "file", r->bytes ? path : "");
-    if (!r->bytes)
-        cli_json_text(object, "stopped_after", cli_get(session, CLI_STOP_AFTER)->text);
+    if (!r->bytes) cli_json_text(object, "stopped_after", cli_get(session, CLI_STOP_AFTER)->text);
     cli_json_count(object, "tets_in", r->tets_in);
     cli_json_count(object, "tets_stored", r->tets_stored);
     cli_json_count(object, "segments", r->segments);
