@@ -125,6 +125,77 @@ static void test_rule_of_selection(void **state)
     }
 }
 
+/* What a segment's bins say of the visible values: the largest error in space, and the sum of field
+ * errors weighed with opacity. */
+static double seen_error(const fixture *f, uint32_t segment, const float *opacity, bool space)
+{
+    double worst = 0, sum = 0;
+    if (segment == TL_NONE) return 0;
+    tl_segment_info info = segment_of(f, segment);
+    for (int c = 0; c < MODEL_CHANNELS; c++) {
+        double part = 0;
+        for (int b = c * TL_BINS; b < (c + 1) * TL_BINS; b++) {
+            if (!opacity || opacity[b] > 0) worst = fmax(worst, (double)info.space_bins[b]);
+            part += (double)info.field_bins[b] * (opacity ? (double)opacity[b] : 1);
+        }
+        sum += part;
+    }
+    return space ? worst : sum;
+}
+
+/* Some bins, or one, as an isovalue asks for. */
+static void any_opacity(fixture *f, float *opacity)
+{
+    bool single = make_random(&f->seed) % 2;
+    for (int b = 0; b < MODEL_CHANNELS * TL_BINS; b++)
+        opacity[b] =
+            !single && make_random(&f->seed) % 4 == 0 ? (float)make_uniform(&f->seed) : 0.0F;
+    if (single) opacity[make_random(&f->seed) % (MODEL_CHANNELS * TL_BINS)] = 1;
+}
+
+/* Errors in space of visible values, and errors weighed with opacity, do not fall towards the
+ * coarse side, so that the rule of selection holds for them, too. */
+static void test_visible_values(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 10; seed++) {
+        fixture f;
+        tl_cut *cut = NULL;
+        size_t refined = 0;
+        open_model(&f, 200, seed);
+        CHECK_OK(f.ctx, tl_cut_create(f.ctx, f.store, &cut));
+        for (int i = 0; i < 30; i++) {
+            float opacity[MODEL_CHANNELS * TL_BINS];
+            const bool space = i % 2, all = i % 7 == 0;
+            const double share = make_uniform(&f.seed);
+            tl_cut_query query = tl_cut_query_defaults();
+            any_opacity(&f, opacity);
+            if (!all) query.opacity = opacity;
+            double bound = share * seen_error(&f, 0, query.opacity, space), seen = 0;
+            *(space ? &query.bounds.space : &query.bounds.classified) = bound;
+            CHECK_OK(f.ctx, tl_cut_update(cut, &query));
+            check_is_cut(&f, cut);
+            for (uint32_t p = 0; p < f.head->patch_count; p++) {
+                tl_patch_info info = patch_of(&f, p);
+                const double fine = seen_error(&f, info.producer, query.opacity, space);
+                bool drawn =
+                    fine <= bound && (info.consumer == TL_NONE ||
+                                      bound < seen_error(&f, info.consumer, query.opacity, space));
+                if (drawn != f.drawn[p])
+                    fail_msg("patch %u is %sdrawn at %g", p, drawn ? "not " : "", bound);
+                if (f.drawn[p])
+                    seen = fmax(seen, seen_error(&f, info.producer, query.opacity, true));
+            }
+            CHECK(tl_cut_get_state(cut).space_error == seen);
+            CHECK(tl_cut_get_state(cut).pixels == 0);
+            refined += tl_cut_get_state(cut).segments;
+        }
+        CHECK(refined > 100);
+        tl_cut_destroy(cut);
+        close_model(&f);
+    }
+}
+
 /* A query of any kind. */
 static tl_cut_query any_query(fixture *f, double bounds[4], double box[6], tl_camera *camera)
 {
@@ -209,6 +280,8 @@ static void test_no_memory_of_before(void **state)
             CHECK_OK(f.ctx, tl_cut_update(cut, &query));
             check_is_cut(&f, cut);
             check_change(&f, cut, kept);
+            if (query.camera && tl_cut_get_state(cut).bounds_kept)
+                CHECK(tl_cut_get_state(cut).pixels <= query.pixels * (1 + 1e-12));
             size_t count, fresh_count;
             CHECK_OK(f.ctx, tl_cut_create(f.ctx, f.store, &fresh));
             CHECK_OK(f.ctx, tl_cut_update(fresh, &query));
@@ -367,6 +440,7 @@ int main(void)
         cmocka_unit_test(test_rule_of_selection),     cmocka_unit_test(test_no_memory_of_before),
         cmocka_unit_test(test_budgets_are_kept),      cmocka_unit_test(test_levels),
         cmocka_unit_test(test_only_what_is_resident), cmocka_unit_test(test_bad_queries),
+        cmocka_unit_test(test_visible_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,8 +29,8 @@ typedef struct tl_camera {
 } tl_camera;
 /* Looks along -z at the origin from a distance of 1, with 30 degrees, at 1024 x 1024 pixels. */
 TL_API tl_camera tl_camera_defaults(void);
-/* Reads a camera from JSON text with the keys position, focal_point, view_up, view_angle,
- * parallel_scale, size: see tetralod extract --help. cli only. */
+/* TL_ERR_ARG names what is out of range, or that the camera looks nowhere. */
+TL_API tl_status tl_camera_check(tl_ctx *ctx, const tl_camera *camera);
 
 /* Errors that a cut must keep. Infinity: any error will do. A bound below what the finest patches
  * keep gives the finest patches. */
@@ -49,8 +49,9 @@ typedef struct tl_cut_query {
     size_t struct_bytes;
     tl_cut_bounds bounds;    /* default: any */
     const float *opacity;    /* [channel_count][TL_BINS], 0 to 1: which values are visible, for
-                                bounds.space, bounds.classified and pixels; NULL: all, fully. borrowed
-                                during a call */
+                                bounds.space, bounds.classified and pixels; NULL: all, fully, in space
+                                those of scalars on vertices, which alone have isosurfaces that are
+                                promised. borrowed during a call */
     const tl_camera *camera; /* NULL (default): no view. Else segments outside of its frustum may
                                 have any error. borrowed during a call */
     double pixels;           /* with a camera: most pixels by which a visible isosurface or the
@@ -76,6 +77,10 @@ typedef struct tl_cut_state {
     bool bounds_kept;      /* false: a budget, or what is resident, kept a bound from being kept, or
                               the coarsest mesh is above a budget */
     double boundary_error; /* mesh units */
+    double space_error;    /* how far isosurfaces of the visible values of the last query are from
+                              their places, mesh units; of what is in view where it had a camera.
+                              Without what coding adds */
+    double pixels;         /* with a camera: the larger one of both, in pixels of its picture */
 } tl_cut_state;
 
 typedef struct tl_cut tl_cut;

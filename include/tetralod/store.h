@@ -30,6 +30,14 @@ extern "C" {
 #define TL_STORE_VERSION 1
 /* Bins of a channel's range (of several components: of the range of their norm). */
 #define TL_BINS 64
+/* The bin of a value, or of a norm; what lies outside of the range is in the first or the last. */
+static inline uint32_t tl_bin_of(const double range[2], double value)
+{
+    const double width = range[1] - range[0];
+    const double at = width > 0 ? (value - range[0]) / width * TL_BINS : 0;
+    return at >= TL_BINS - 1 ? TL_BINS - 1 : at > 0 ? (uint32_t)at : 0;
+}
+
 /* Most levels, channels and kinds of cells of a file. */
 #define TL_STORE_LEVELS_MAX 64
 #define TL_STORE_CHANNELS_MAX 4096

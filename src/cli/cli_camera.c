@@ -78,7 +78,7 @@ static int fill(const char *path, const json_t *object, tl_camera *camera)
     return CLI_DONE;
 }
 
-int cli_camera_read(const char *path, tl_camera *camera)
+int cli_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera)
 {
     json_error_t error;
     *camera = tl_camera_defaults();
@@ -89,6 +89,8 @@ int cli_camera_read(const char *path, tl_camera *camera)
         return CLI_FAILED;
     }
     int exit_status = fill(path, object, camera);
+    if (!exit_status && tl_camera_check(ctx, camera))
+        exit_status = wrong(path, tl_ctx_message(ctx));
     json_decref(object);
     return exit_status;
 }

@@ -8,6 +8,6 @@
  * (degrees) or parallel_scale, and size (two numbers, pixels); names as VTK writes them (Position,
  * FocalPoint ...) will do, and what is missing takes its default. Returns an exit status; the
  * message is out already. */
-int cli_camera_read(const char *path, tl_camera *camera);
+int cli_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera);
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli_camera.h"
+#include "cli_visible.h"
 
 static const cli_option WANTED[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
@@ -18,6 +19,8 @@ static const cli_option WANTED[] = {
      "length"},
     {CLI_TETS, 0, "tets", CLI_TYPE_COUNT, "N", NULL, 1, 4294967295.0,
      "at most N tets, with the least error; together with a bound no more than it needs"},
+    {CLI_BYTES, 0, "bytes", CLI_TYPE_BYTES, "SIZE", NULL, 0, 0,
+     "at most so many bytes of the file, likewise; such as 500K or 2M"},
     {CLI_LEVEL, 0, "level", CLI_TYPE_COUNT, "L", NULL, 0, 63, "all of one level; 0 is the finest"},
     {CLI_FULL, 0, "full", CLI_TYPE_FLAG, NULL, NULL, 0, 0, "the finest mesh, as --level 0"},
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A,B", NULL, 0, 0,
@@ -25,7 +28,7 @@ static const cli_option WANTED[] = {
 };
 static const cli_option PLACES[] = {
     {CLI_BOX, 0, "box", CLI_TYPE_TEXT, "X0,Y0,Z0,X1,Y1,Z1", NULL, 0, 0,
-     "--error and --boundary-error hold in this box only"},
+     "errors are bounded in this box only"},
     {CLI_OUTSIDE_ERROR, 0, "outside-error", CLI_TYPE_LIST, "[CHANNEL=]V[%]", NULL, 0, 0,
      "with --box: bound of the error outside of it; without it the mesh is as coarse as can be"},
     {CLI_VIEW, 0, "view", CLI_TYPE_TEXT, "CAMERA", NULL, 0, 0,
@@ -35,6 +38,20 @@ static const cli_option PLACES[] = {
     {CLI_PIXELS, 0, "pixels", CLI_TYPE_REAL, "P", "1", DBL_MIN, 65536,
      "with --view: by how many pixels an isosurface or the boundary may be off"},
 };
+static const cli_option SEEN[] = {
+    {CLI_ISO, 0, "iso", CLI_TYPE_LIST, "[CHANNEL=]VALUE", NULL, 0, 0,
+     "an isosurface that is looked at; --space-error and --pixels count these alone"},
+    {CLI_TRANSFER, 0, "transfer", CLI_TYPE_LIST, "[CHANNEL=]FILE", NULL, 0, 0,
+     "a colour map in ParaView's JSON: values with an opacity are looked at. Without --iso and "
+     "--transfer all values of scalars are"},
+    {CLI_SPACE_ERROR, 0, "space-error", CLI_TYPE_AMOUNT, "D[%]", NULL, 0, 0,
+     "how far isosurfaces may be from their places, in percent of the box's diagonal, or a "
+     "length"},
+    {CLI_CLASSIFIED_ERROR, 0, "classified-error", CLI_TYPE_AMOUNT, "E[%]", NULL, 0, 0,
+     "bound of the error weighed with opacity: the sum over 64 bins of the range of the largest "
+     "error at values in the bin, as a part of the range, times the bin's opacity"},
+};
+static const cli_group SEEN_GROUP = {"What is looked at", SEEN, sizeof SEEN / sizeof *SEEN};
 static const cli_group WANTED_GROUP = {"What is wanted", WANTED, sizeof WANTED / sizeof *WANTED};
 static const cli_group PLACES_GROUP = {"Where", PLACES, sizeof PLACES / sizeof *PLACES};
 
@@ -46,6 +63,7 @@ typedef struct request {
     double *inside, *outside; /* [channel_count] bounds */
     double box[6];
     tl_camera camera;
+    float *opacity; /* [channel_count][TL_BINS] or NULL */
     size_t *channels;
     size_t channel_count;
     bool all_channels;
@@ -57,16 +75,22 @@ static int check_words(const cli_session *session)
     bool level = cli_get(session, CLI_LEVEL)->given, full = cli_get(session, CLI_FULL)->given;
     bool error = cli_get(session, CLI_ERROR)->given, tets = cli_get(session, CLI_TETS)->given;
     bool boundary = cli_get(session, CLI_BOUNDARY_ERROR)->given;
-    bool view = cli_get(session, CLI_VIEW)->given;
+    bool view = cli_get(session, CLI_VIEW)->given, bytes = cli_get(session, CLI_BYTES)->given;
+    bool space = cli_get(session, CLI_SPACE_ERROR)->given;
+    bool classified = cli_get(session, CLI_CLASSIFIED_ERROR)->given;
     if (!cli_get(session, CLI_OUTPUT)->given) return cli_misuse(verb, "-o OUT is missing");
-    if (!(level || full || error || tets || boundary || view))
+    if (!(level || full || error || tets || bytes || boundary || space || classified || view))
         return cli_misuse(verb,
                           "how fine? say --error E, --tets N, --level L, --full or --view CAMERA");
     if (level && full) return cli_misuse(verb, "--level and --full are both given; say one");
     if (!cli_get(session, CLI_BOX)->given && cli_get(session, CLI_OUTSIDE_ERROR)->given)
         return cli_misuse(verb, "--outside-error needs --box");
-    if (cli_get(session, CLI_BOX)->given && !error && !boundary)
+    if (cli_get(session, CLI_BOX)->given && !(error || boundary || space || classified))
         return cli_misuse(verb, "--box needs --error or --boundary-error, which hold in it");
+    if ((cli_get(session, CLI_ISO)->given || cli_get(session, CLI_TRANSFER)->given) &&
+        !(space || classified || view))
+        return cli_misuse(verb, "--iso and --transfer need --space-error, --classified-error or "
+                                "--view, which count what is looked at");
     if (cli_get(session, CLI_PIXELS)->given && !view)
         return cli_misuse(verb, "--pixels needs --view");
     return CLI_DONE;
@@ -139,12 +163,17 @@ static int add_channels(const cli_session *session, request *r, const char *list
     return CLI_DONE;
 }
 
+/* A length, or a part of the diagonal. */
+static void set_length(const tl_store_head *head, const cli_value *word, double *bound)
+{
+    if (word->given) *bound = word->percent ? word->real * head->stats.diagonal : word->real;
+}
+
 static int fill_request(cli_session *session, request *r)
 {
     tl_status st = TL_OK;
     int failed = CLI_DONE;
     const cli_value *lists = cli_get(session, CLI_CHANNELS);
-    const cli_value *boundary = cli_get(session, CLI_BOUNDARY_ERROR);
     size_t count = r->head->channel_count;
     r->inside = tl_mem_alloc(session->ctx, count, sizeof *r->inside, &st);
     r->outside = tl_mem_alloc(session->ctx, count, sizeof *r->outside, &st);
@@ -157,15 +186,19 @@ static int fill_request(cli_session *session, request *r)
     for (size_t i = 0; !failed && i < lists->item_count; i++)
         failed = add_channels(session, r, lists->items[i]);
     if (!failed && cli_get(session, CLI_VIEW)->given) {
-        failed = cli_camera_read(cli_get(session, CLI_VIEW)->text, &r->camera);
+        failed = cli_camera_read(session->ctx, cli_get(session, CLI_VIEW)->text, &r->camera);
         r->query.camera = &r->camera;
         r->query.pixels = cli_get(session, CLI_PIXELS)->real;
     }
     r->query.bounds.channels = r->inside;
     r->query.outside.channels = r->outside;
-    if (boundary->given)
-        r->query.bounds.boundary =
-            boundary->percent ? boundary->real * r->head->stats.diagonal : boundary->real;
+    set_length(r->head, cli_get(session, CLI_BOUNDARY_ERROR), &r->query.bounds.boundary);
+    set_length(r->head, cli_get(session, CLI_SPACE_ERROR), &r->query.bounds.space);
+    if (cli_get(session, CLI_CLASSIFIED_ERROR)->given)
+        r->query.bounds.classified = cli_get(session, CLI_CLASSIFIED_ERROR)->real;
+    if (!failed) failed = cli_visible_read(session, r->head, &r->opacity);
+    r->query.opacity = r->opacity;
+    if (cli_get(session, CLI_BYTES)->given) r->query.bytes_max = cli_get(session, CLI_BYTES)->count;
     if (cli_get(session, CLI_TETS)->given) r->query.tets_max = cli_get(session, CLI_TETS)->count;
     if (cli_get(session, CLI_LEVEL)->given)
         r->query.level = (uint32_t)cli_get(session, CLI_LEVEL)->count;
@@ -198,6 +231,8 @@ static void print_json(const cli_session *session, const request *r, const tl_cu
         cli_json_real(item, "time", r->head->channels[c].time);
     }
     cli_json_real(object, "boundary_error", o->state.boundary_error);
+    cli_json_real(object, "space_error", o->state.space_error);
+    if (r->query.camera) cli_json_real(object, "pixels", o->state.pixels);
     cli_json_flag(object, "bounds_kept", o->state.bounds_kept);
     cli_json_real(object, "seconds", o->seconds);
     cli_json_real(object, "write_seconds", o->write_seconds);
@@ -215,9 +250,8 @@ static tl_status print_text(const cli_session *session, const request *r, const 
            cli_count(o->state.tets).s, cli_count(r->head->input_tets).s, cli_count(o->vertices).s,
            cli_count(o->state.patches).s, cli_seconds(o->seconds).s);
     if (!o->state.bounds_kept)
-        printf(
-            "            what was asked for is NOT kept: this is what the model, or the number of "
-            "tets, allows\n");
+        printf("            what was asked for is NOT kept: this is what the model, or the budget, "
+               "allows\n");
     size_t count = r->head->channel_count;
     tl_status st = count ? cli_table_create(session->ctx, count + 1, 4, &table) : TL_OK;
     if (count && !st) {
@@ -239,6 +273,10 @@ static tl_status print_text(const cli_session *session, const request *r, const 
     printf("boundary    at most %s from the original one (%s of the diagonal)\n",
            cli_real(o->state.boundary_error).s,
            cli_share(o->state.boundary_error, r->head->stats.diagonal).s);
+    if (cli_get(session, CLI_SPACE_ERROR)->given || r->query.opacity)
+        printf("isosurfaces at most %s from their places\n", cli_real(o->state.space_error).s);
+    if (r->query.camera)
+        printf("view        off by at most %s pixels\n", cli_real(o->state.pixels).s);
     printf("wrote       %s (%s, %s)\n", cli_get(session, CLI_OUTPUT)->text,
            cli_bytes((double)o->bytes).s, cli_seconds(o->write_seconds).s);
     return st;
@@ -284,6 +322,7 @@ static int run(cli_session *session)
     r.head = tl_store_get_head(r.store);
     exit_status = fill_request(session, &r);
     if (!exit_status) exit_status = extract(session, &r);
+    tl_mem_free(session->ctx, r.opacity);
     tl_mem_free(session->ctx, r.channels);
     tl_mem_free(session->ctx, r.outside);
     tl_mem_free(session->ctx, r.inside);
@@ -300,16 +339,20 @@ static const char *const EXAMPLES[] = {
     "Fine in a box, coarse around it, without a gap",
     "tetralod extract flow.tlod -o seen.vtu --view camera.json --pixels 1",
     "As fine as one pixel of a view asks for",
+    "tetralod extract flow.tlod -o iso.vtu --iso pressure=1.2 --space-error 0.5%",
+    "An isosurface within half a percent of the diagonal of its place",
+    "tetralod extract flow.tlod -o seen.vtu --transfer map.json --classified-error 2%",
+    "As fine as the visible values of a colour map ask for",
     NULL};
 
 const cli_verb cli_verb_extract = {
     .name = "extract",
-    .operands = "M.tlod -o OUT (--error E | --tets N | --level L | --full | --view CAMERA)",
+    .operands = "M.tlod -o OUT (--error E | --tets N | --level L | --full | --view CAMERA | ...)",
     .operand_least = 1,
     .operand_most = 1,
     .about = "take a conforming mesh out of a model, at a known error",
     .details = "Errors hold at every original vertex; those of a vector or tensor are norms of "
                "differences. In JSON all errors are absolute; seconds is the extraction alone.",
-    .groups = {&WANTED_GROUP, &PLACES_GROUP, &cli_group_writing, &cli_group_common},
+    .groups = {&WANTED_GROUP, &PLACES_GROUP, &SEEN_GROUP, &cli_group_writing, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

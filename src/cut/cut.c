@@ -139,7 +139,7 @@ static tl_status sum_up(tl_cut *c)
         c->channel_errors[i] = leaves ? head->levels[0].max_error[i] : 0;
     for (size_t i = 0; !st && i < c->next.fringe.count; i++) {
         tl_segment_info info;
-        double severity = 0;
+        double severity = 0, space, pixels;
         uint32_t x = c->next.fringe.ids[i];
         if (tli_is_refined(&c->next, x)) continue;
         st = tl_store_segment(c->ctx, c->graph.store, x, &info);
@@ -147,6 +147,9 @@ static tl_status sum_up(tl_cut *c)
         if (st) break;
         if (severity > 1) s->bounds_kept = false;
         s->boundary_error = fmax(s->boundary_error, info.boundary_error);
+        tli_seen_error(&c->asked, &c->graph, x, &space, &pixels);
+        s->space_error = fmax(s->space_error, space);
+        s->pixels = fmax(s->pixels, pixels);
         for (size_t k = 0; k < head->channel_count; k++)
             c->channel_errors[k] = fmax(c->channel_errors[k], info.max_error[k]);
     }

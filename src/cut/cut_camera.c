@@ -4,8 +4,13 @@
 #include "base/base.h"
 #include "base/base_vec.h"
 
+#include <string.h>
+
 /* Nearest distance that is looked at, relative to the diagonal of the data set. */
 static const double NEAR = 1e-4;
+/* Smallest sine of the angle between view and view-up: below, rounding chooses the picture's axes.
+ */
+static const double SINE_LEAST = 1e-9;
 static const double PI = 3.14159265358979323846;
 
 tl_camera tl_camera_defaults(void)
@@ -59,8 +64,10 @@ tl_status tli_view_set(tl_ctx *ctx, const tl_camera *camera, double diagonal, tl
     vec_sub(camera->focal_point, camera->position, v.forward);
     if (!normalize(v.forward))
         return tl_fail(ctx, TL_ERR_ARG, "the camera's position is its focal point");
-    vec_cross(v.forward, camera->view_up, right);
-    if (!normalize(right))
+    memcpy(up, camera->view_up, sizeof up);
+    if (!normalize(up)) return tl_fail(ctx, TL_ERR_ARG, "the camera's view-up has no direction");
+    vec_cross(v.forward, up, right);
+    if (vec_length(right) < SINE_LEAST || !normalize(right))
         return tl_fail(ctx, TL_ERR_ARG, "the camera's view-up points along its view");
     vec_cross(right, v.forward, up);
     double height = camera->size_px[1], aspect = camera->size_px[0] / height;
@@ -76,6 +83,12 @@ tl_status tli_view_set(tl_ctx *ctx, const tl_camera *camera, double diagonal, tl
     if (!v.parallel) v.scale *= sqrt(1 + tall * tall + wide * wide);
     *view = v;
     return TL_OK;
+}
+
+tl_status tl_camera_check(tl_ctx *ctx, const tl_camera *camera)
+{
+    tli_view view;
+    return tli_view_set(ctx, camera, 1, &view);
 }
 
 double tli_view_pixels(const tli_view *view, const double sphere[4])

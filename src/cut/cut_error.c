@@ -157,12 +157,19 @@ static double largest(double a, double b)
     return b > a ? b : a;
 }
 
-/* Largest spatial error over the visible bins of all channels. */
-static double visible_space_error(const tli_asked *a, const tl_segment_info *s)
+/* Largest spatial error over the visible bins of all channels; where nothing is said of opacity, of
+ * those that have isosurfaces. */
+static double visible_space_error(const tli_asked *a, const tl_store_head *head,
+                                  const tl_segment_info *s)
 {
     double worst = 0;
-    for (size_t i = 0; i < a->channel_count * TL_BINS; i++)
-        if (!a->opacity || a->opacity[i] > 0) worst = largest(worst, (double)s->space_bins[i]);
+    for (size_t c = 0; c < a->channel_count; c++) {
+        const tl_store_channel *channel = &head->channels[c];
+        bool is_seen = channel->components == 1 && channel->on == TL_ON_VERTEX;
+        for (size_t b = c * TL_BINS; b < (c + 1) * TL_BINS; b++)
+            if (a->opacity ? a->opacity[b] > 0 : is_seen)
+                worst = largest(worst, (double)s->space_bins[b]);
+    }
     return worst;
 }
 
@@ -198,13 +205,14 @@ static tl_status assess(const tli_asked *a, tli_dag *graph, uint32_t segment, tl
     tl_segment_info s;
     tl_status st = tl_store_segment(graph->ctx, graph->store, segment, &s);
     if (st) return st;
-    double space = visible_space_error(a, &s);
+    double space = visible_space_error(a, graph->head, &s);
     node->severity = severity_of(a, graph->head, &s, &a->inside, space);
     node->severity_outside =
         a->has_box ? severity_of(a, graph->head, &s, &a->outside, space) : node->severity;
     if (a->level != UINT32_MAX && node->level >= a->level)
         node->severity = node->severity_outside = INFINITY;
-    node->space_error = largest(space, s.boundary_error);
+    node->space_error = space;
+    node->seen_error = largest(space, s.boundary_error);
     node->generation = a->generation;
     return TL_OK;
 }
@@ -232,10 +240,19 @@ tl_status tli_severity(const tli_asked *a, tli_dag *graph, uint32_t segment, dou
         if (pixels == 0 && a->level == UINT32_MAX)
             worst = 0;
         else
-            worst = largest(worst, ratio(node->space_error * pixels, a->pixels));
+            worst = largest(worst, ratio(node->seen_error * pixels, a->pixels));
     }
     *severity = worst;
     return TL_OK;
+}
+
+void tli_seen_error(const tli_asked *a, const tli_dag *graph, uint32_t segment, double *space,
+                    double *pixels)
+{
+    const tli_node *node = &graph->nodes[segment];
+    const double scale = a->has_camera ? tli_view_pixels(&a->view, node->sphere) : 0;
+    *space = a->has_camera && scale == 0 ? 0 : node->space_error;
+    *pixels = scale > 0 && node->seen_error > 0 ? scale * node->seen_error : 0;
 }
 
 bool tli_leaves_keep(const tli_asked *a, const tl_store_head *head)

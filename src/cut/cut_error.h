@@ -28,6 +28,10 @@ void tli_asked_release(tli_asked *asked);
 
 /* By what factor the segment's error is above what is asked for: refine where it is above 1. */
 tl_status tli_severity(const tli_asked *asked, tli_dag *graph, uint32_t segment, double *severity);
+/* How far isosurfaces of visible values are from their places there, mesh units, and with a camera
+ * by how many pixels these or the boundary are off: 0 out of view. After tli_severity. */
+void tli_seen_error(const tli_asked *asked, const tli_dag *graph, uint32_t segment, double *space,
+                    double *pixels);
 /* True if the finest patches keep the bounds that hold without a view and everywhere. */
 bool tli_leaves_keep(const tli_asked *asked, const tl_store_head *head);
 

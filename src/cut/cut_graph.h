@@ -16,7 +16,8 @@ typedef struct tli_node {
     double sphere[4];
     /* how far the segment is from what is asked, for the query numbered generation: cut_error.c */
     double severity, severity_outside;
-    double space_error; /* of visible values and of the boundary, mesh units */
+    double space_error,
+        seen_error; /* of visible values; of these and of the boundary; mesh units */
     uint32_t generation;
     uint32_t level;
     uint32_t first_patch, patch_count; /* inputs */

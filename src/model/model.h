@@ -308,9 +308,7 @@ double tli_field_round(const tli_field *field, double value);
 /* The bin of a value, or of a norm. */
 static inline unsigned tli_field_bin(const tli_field *field, double value)
 {
-    double width = field->range[1] - field->range[0];
-    double at = width > 0 ? (value - field->range[0]) / width * TLI_BINS : 0;
-    return at >= TLI_BINS - 1 ? TLI_BINS - 1 : at > 0 ? (unsigned)at : 0;
+    return tl_bin_of(field->range, value);
 }
 
 /* ---- model_records.c: streams of records ---- */
