@@ -186,17 +186,18 @@ class Reader:
             for name in ("type", "kind of values"):
                 self.take("u8", name)
             self.nought("u8")
-            for name in ("step", "range: from", "range: to", "most that coding changes a value", "time"):
-                self.take("f64", name)
+            time = [self.take("f64", name) for name in ("step", "range: from", "range: to", "most that coding changes a value", "time")][-1]
             self.take("u64", "values not finite")
             size = self.take("u64", "bytes of blobs")
             unit = self.take("i32", "unit of errors")
-            self.nought()
+            step_number = self.take("u32", "step + 1")
             lo, step = self.take("f64", "ranges: lo"), self.take("f64", "ranges: step")
+            begin = self.at
             self.bytes(name_bytes, "name")
+            name = self.data[begin:self.at].decode()
             self.bytes(unit_bytes, "unit")
             self.zeros(align(self.at) - self.at)
-            self.channel.append({"bytes": size, "components": components, "on": on, "unit": unit, "lo": lo, "step": step})
+            self.channel.append({"name": name, "number": step_number - 1 if step_number else None, "time": time, "bytes": size, "components": components, "on": on, "unit": unit, "lo": lo, "step": step})
 
     def directory(self, page_count):
         self.page = []

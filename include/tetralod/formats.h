@@ -109,6 +109,13 @@ typedef struct tl_steps {
     tl_steps_mesh mesh;
 } tl_steps;
 
+/* One step of a series: a file, and which of its steps. */
+typedef struct tl_step {
+    const char *path; /* borrowed */
+    uint64_t step;    /* as in tl_read_opts */
+    uint32_t number;  /* what it is called where it is kept; steps ascend by it */
+} tl_step;
+
 /* Lists the steps of a file without reading its values. opts may be NULL; raw_dims and solution
  * matter only. Gives *steps, which tl_steps_release frees; empty on failure. Statuses as of
  * tl_mesh_read. */

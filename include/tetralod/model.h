@@ -47,6 +47,9 @@ typedef struct tl_build_opts {
                               be those of before but for memory and folder. borrowed; default NULL */
     const char *until;     /* with keep or resume: the stage it ends after, without a file:
                               "segment", "finest" or "level N". borrowed; default NULL */
+    const uint32_t *steer; /* [steer_count] of a series: numbers of the steps whose channels say
+                              which tets go; the others' follow. Default NULL: all. borrowed */
+    size_t steer_count;
 } tl_build_opts;
 TL_API tl_build_opts tl_build_opts_defaults(void);
 
@@ -76,6 +79,14 @@ typedef struct tl_build_result {
 TL_API tl_status tl_model_build(tl_ctx *ctx, const char *input, const tl_read_opts *read,
                                 const char *path, const tl_build_opts *opts,
                                 tl_build_result *result);
+/* The same of several steps of one mesh that does not move, [step_count], at least 1: topology
+ * once, the channels of each step beside it with its number and time. Errors of a channel are
+ * fractions of its range over all steps. read says nothing of steps. TL_ERR_DATA if the mesh of a
+ * step is not that of the first, TL_ERR_UNSUPPORTED for more than 1,024 channels or 256 steering
+ * components. */
+TL_API tl_status tl_model_build_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
+                                       const tl_read_opts *read, const char *path,
+                                       const tl_build_opts *opts, tl_build_result *result);
 /* The same of a mesh in memory, borrowed during the call. */
 TL_API tl_status tl_model_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                                      const tl_build_opts *opts, tl_build_result *result);

@@ -46,6 +46,9 @@ typedef struct tl_segment_channel {
     tl_on on;
     tl_scalar scalar;
     uint32_t first; /* its first component among those of all channels on vertices (on tets) */
+    bool has_step;  /* of a series: it belongs to this step, and others may have its name */
+    uint32_t step;
+    double time; /* of the step; NaN: none */
 } tl_segment_channel;
 
 /* A data set in segments; holds on to its context and to its file. */
@@ -59,6 +62,13 @@ typedef struct tl_segments tl_segments;
 TL_API tl_status tl_segments_build(tl_ctx *ctx, const char *input, const tl_read_opts *read,
                                    const tl_segment_opts *opts, const char *path,
                                    tl_segments **segments, tl_read_report *report);
+/* The same of several steps of one mesh, [step_count], at least 1: the channels of each know their
+ * step; read says nothing of steps. The steps are read one after another. TL_ERR_DATA when the mesh
+ * of a step is not that of the first. */
+TL_API tl_status tl_segments_build_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
+                                          const tl_read_opts *read, const tl_segment_opts *opts,
+                                          const char *path, tl_segments **segments,
+                                          tl_read_report *report);
 /* The same of a mesh in memory, borrowed during the call. */
 TL_API tl_status tl_segments_build_mesh(tl_ctx *ctx, const tl_mesh *mesh,
                                         const tl_segment_opts *opts, const char *path,

@@ -81,7 +81,8 @@ typedef struct tl_patch_info {
     const uint32_t *channel_bytes; /* [channel_count] */
 } tl_patch_info;
 
-/* A channel. A series has one for each of its time steps, with the same name. */
+/* A channel. A series has one for each of its time steps, with the same name. Channels without a
+ * step hold at all times. */
 typedef struct tl_store_channel {
     const char *name, *unit; /* unit "" when unknown */
     uint32_t components;     /* >= 1 */
@@ -90,6 +91,8 @@ typedef struct tl_store_channel {
     tl_value_code code;       /* how images stand for values */
     double range[2];          /* of the input: smallest and largest value (norm); bins divide it */
     double codec_error;       /* most that coding changes a value (norm), >= 0 */
+    bool has_step;            /* false: it is of no series */
+    uint32_t step;            /* its number in the series, below TL_NONE */
     double time;              /* of its step, in the file's unit; NaN: none */
     uint64_t nonfinite_count; /* values of the input that are NaN or infinite */
     uint64_t bytes;           /* of all its blobs */

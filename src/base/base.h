@@ -50,6 +50,9 @@ tl_status tli_parallel(tl_ctx *ctx, size_t item_count, size_t grain, tli_range_f
  * a context: it shares memory, budget, peak and log of ctx, has messages of its own and no
  * progress. Made and ended on the thread that uses it, or outside of tli_parallel. Gives *fork. */
 tl_status tli_ctx_fork(tl_ctx *ctx, tl_ctx **fork);
+/* While quiet, messages of level info are kept back: those of what was said before. Returns what it
+ * was. Context's own thread. */
+bool tli_ctx_quiet(tl_ctx *ctx, bool quiet);
 /* Ends a fork (NULL is allowed). If status is a failure the message of the fork becomes that of the
  * calling thread in ctx. Returns status. */
 tl_status tli_ctx_join(tl_ctx *ctx, tl_ctx *fork, tl_status status);

@@ -231,7 +231,7 @@ tl_status tl_note(tl_ctx *ctx, tl_status status, const char *format, ...)
 
 void tl_log(tl_ctx *ctx, tl_log_level level, const char *format, ...)
 {
-    if (!ctx->opts.log) return;
+    if (!ctx->opts.log || (ctx->root->is_quiet && level == TL_LOG_INFO)) return;
     char line[LOG_LINE_BYTES];
     va_list args;
     va_start(args, format);
@@ -242,6 +242,13 @@ void tl_log(tl_ctx *ctx, tl_log_level level, const char *format, ...)
     pthread_mutex_lock(&ctx->root->log_mutex);
     ctx->opts.log(ctx->opts.user, level, line);
     pthread_mutex_unlock(&ctx->root->log_mutex);
+}
+
+bool tli_ctx_quiet(tl_ctx *ctx, bool quiet)
+{
+    bool before = ctx->is_quiet;
+    ctx->is_quiet = quiet;
+    return before;
 }
 
 tl_status tl_progress(tl_ctx *ctx, const char *stage, uint64_t done, uint64_t total)

@@ -25,6 +25,7 @@ struct tl_ctx {
     atomic_size_t current_bytes, peak_bytes;
     pthread_mutex_t log_mutex;
     tli_pool *pool;   /* NULL with one thread */
+    bool is_quiet;    /* messages of level info are kept back */
     bool in_parallel; /* a tli_parallel is running; changed by the owner's thread alone */
     _Atomic uint64_t file_fail_in; /* file operations until one fails on purpose; 0: never */
     unsigned thread_count;

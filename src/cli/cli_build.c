@@ -4,7 +4,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "cli_session.h"
+#include "cli_model.h"
 #include "tetralod/model.h"
 
 static const cli_option RESULT[] = {
@@ -41,6 +41,15 @@ static const cli_option SHAPE[] = {
     {CLI_STOP_AFTER, 0, "stop-after", CLI_TYPE_TEXT, "STAGE", NULL, 0, 0,
      "with --keep or --resume: end after 'segment', 'finest' or 'level N', without a file"},
 };
+static const cli_option SERIES[] = {
+    {CLI_STEPS, 0, "steps", CLI_TYPE_TEXT, "all|last|LIST", NULL, 0, 0,
+     "build these steps of a series into one model: numbers from 0 on and ranges "
+     "FIRST:LAST[:STRIDE], both ends included, such as 0,2,5 or 0:10:2; all when there are several "
+     "files"},
+    {CLI_STEER, 0, "steer", CLI_TYPE_TEXT, "all|LIST", "all", 0, 0,
+     "the steps whose fields decide what is simplified; the others follow"},
+};
+static const cli_group SERIES_GROUP = {"Series", SERIES, sizeof SERIES / sizeof *SERIES};
 static const cli_group RESULT_GROUP = {"Result", RESULT, sizeof RESULT / sizeof *RESULT};
 static const cli_group SHAPE_GROUP = {"Model", SHAPE, sizeof SHAPE / sizeof *SHAPE};
 
@@ -181,16 +190,24 @@ static void print_text(cli_session *session, const char *path, const tl_build_re
 static int run(cli_session *session)
 {
     const char *path = cli_get(session, CLI_OUTPUT)->text, *input = session->args.operands[0];
+    cli_steps steps = {0};
     request r = {0};
     tl_read_opts read;
     tl_build_result result;
     int failed = fill_request(session, &r);
     if (!failed) failed = cli_read_opts(session, input, &read);
+    for (size_t i = 0; !failed && i < session->args.operand_count; i++)
+        if (path && is_same_file(session->args.operands[i], path))
+            failed = cli_misuse(session->args.verb,
+                                "'%s' is the input: the model needs another name", path);
+    if (!failed) failed = cli_steps_choose(session, &read, &steps);
     if (failed) return failed;
-    if (path && is_same_file(input, path))
-        return cli_misuse(session->args.verb, "'%s' is the input: the model needs another name",
-                          path);
-    tl_status st = tl_model_build(session->ctx, input, &read, path, &r.opts, &result);
+    r.opts.steer = steps.steer_count ? steps.steer : NULL;
+    r.opts.steer_count = steps.steer_count;
+    tl_status st = steps.count ? tl_model_build_series(session->ctx, steps.items, steps.count,
+                                                       &read, path, &r.opts, &result)
+                               : tl_model_build(session->ctx, input, &read, path, &r.opts, &result);
+    cli_steps_release(session, &steps);
     cli_progress_clear(&session->progress);
     if (st) return cli_fail(session, session->ctx, st);
     if (cli_get(session, CLI_JSON)->given)
@@ -202,19 +219,24 @@ static int run(cli_session *session)
 }
 
 static const char *const EXAMPLES[] = {
-    "tetralod build flow.vtu -o flow.tlod", "All levels of a flow in one file",
+    "tetralod build flow.vtu -o flow.tlod",
+    "All levels of a flow in one file",
     "tetralod build flow.vtu -o flow.tlod --channels pressure --channel-error pressure=0.001%",
-    "The pressure alone, within 0.001 % of its range", NULL};
+    "The pressure alone, within 0.001 % of its range",
+    "tetralod build flow.pvd -o flow.tlod --steps 0:100:10 --steer 0,50,100",
+    "Eleven time steps of one mesh, three of which decide what is simplified",
+    NULL};
 
 const cli_verb cli_verb_build = {
     .name = "build",
-    .operands = "IN -o M.tlod",
+    .operands = "IN ... -o M.tlod",
     .operand_least = 1,
-    .operand_most = 1,
+    .operand_most = CLI_OPERANDS_MAX,
     .about = "make a multi-resolution file: every view at the detail it needs, with a bound",
     .details = "The file holds the mesh at many levels in patches that fit together in any mixture "
                "that the errors ask for. Every original vertex is measured at every level, against "
-               "the mesh as it will be decoded.",
-    .groups = {&RESULT_GROUP, &SHAPE_GROUP, &cli_group_reading, &cli_group_common},
+               "the mesh as it will be decoded. Several time steps of one mesh (--steps, or a file "
+               "a step) share it: the mesh must not move or change.",
+    .groups = {&RESULT_GROUP, &SERIES_GROUP, &SHAPE_GROUP, &cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

@@ -44,6 +44,7 @@ static void json_channels(json_t *object, const tl_store_head *head)
         const tl_store_channel *channel = &head->channels[c];
         json_t *item = cli_json_item(list);
         cli_json_text(item, "name", channel->name);
+        if (channel->has_step) cli_json_count(item, "step", channel->step);
         cli_json_count(item, "components", channel->components);
         cli_json_text(item, "on", channel->on == TL_ON_VERTEX ? "vertex" : "tet");
         cli_json_reals(item, "range", channel->range, 2);
@@ -83,6 +84,7 @@ static void json_levels(json_t *object, const tl_store_head *head, const cli_gra
         for (uint32_t c = 0; c < head->channel_count; c++) {
             json_t *error = cli_json_item(errors);
             cli_json_text(error, "channel", head->channels[c].name);
+            if (head->channels[c].has_step) cli_json_count(error, "step", head->channels[c].step);
             cli_json_real(error, "error", level->max_error[c]);
             if (graph) cli_json_real(error, "rms", graph->rms[l * head->channel_count + c]);
         }

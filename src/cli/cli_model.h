@@ -3,7 +3,19 @@
 #define TETRALOD_CLI_MODEL_H
 
 #include "cli_session.h"
+#include "tetralod/formats.h"
 #include "tetralod/store.h"
+
+/* The steps that a model is made of; without any the input is no series, or one step is chosen. */
+typedef struct cli_steps {
+    tl_step *items; /* [count] */
+    size_t count;
+    uint32_t *steer; /* [steer_count]; none: all */
+    size_t steer_count;
+} cli_steps;
+/* What --steps, --steer and the operands say. Returns an exit status. */
+int cli_steps_choose(cli_session *session, const tl_read_opts *read, cli_steps *steps);
+void cli_steps_release(cli_session *session, cli_steps *steps);
 
 /* What 'info' says of a model. Returns an exit status. */
 int cli_info_store(cli_session *session, const char *path);

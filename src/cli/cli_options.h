@@ -17,7 +17,7 @@
 
 /* Values that one repeatable option can collect. */
 #define CLI_LIST_MAX 64
-#define CLI_OPERANDS_MAX 2
+#define CLI_OPERANDS_MAX 1024
 #define CLI_GROUPS_MAX 5
 /* Longest name of a channel on the command line, its end included. */
 #define CLI_NAME_BYTES 512
@@ -79,6 +79,8 @@ typedef enum cli_id {
     CLI_KEEP_WORK,
     CLI_RESUME,
     CLI_STOP_AFTER,
+    CLI_STEPS,
+    CLI_STEER,
     CLI_REGION,
     CLI_DETAILS,
     CLI_FAST,

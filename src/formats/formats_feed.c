@@ -27,7 +27,7 @@ tl_status tli_feeder_add(tli_feeder *feeder, tl_on on, const char *name, uint32_
         tl_mem_free(feeder->ctx, own);
         return st;
     }
-    feeder->arrays[on][count] = (tli_feeder_array){own, components, scalar};
+    feeder->arrays[on][count] = (tli_feeder_array){own, components, scalar, {0}};
     feeder->array_counts[on]++;
     return TL_OK;
 }
@@ -117,7 +117,8 @@ static bool is_channel(const tli_feed *feed, tl_on on, uint32_t index)
     return !is_ghost_array(array, on) || find_ghosts(feeder, on, array->name) != (int)index;
 }
 
-/* Names that are taken get a suffix, as tl_mesh_adopt_channel gives it. */
+/* Names that are taken get a suffix, as tl_mesh_adopt_channel gives it; those of a step have theirs
+ * already. */
 static tl_status add_channels(tli_feed *feed)
 {
     tl_status st = TL_OK;
@@ -135,18 +136,22 @@ static tl_status add_channels(tli_feed *feed)
     const tli_feeder *feeder = feed->feeder;
     size_t most = (size_t)feeder->array_counts[0] + feeder->array_counts[1];
     feed->channels = tl_mem_zalloc(ctx, most, sizeof *feed->channels, &st);
+    feed->steps = tl_mem_zalloc(ctx, most, sizeof *feed->steps, &st);
     for (int on = 0; on < 2; on++)
         for (uint32_t i = 0; !st && i < feeder->array_counts[on]; i++) {
             const tli_feeder_array *array = &feeder->arrays[on][i];
             if (!is_channel(feed, (tl_on)on, i)) continue;
             tl_channel channel = {array->name,   "",  array->components, (tl_on)on,
                                   array->scalar, none};
-            st = tl_mesh_add_channel(names, &channel);
-            if (st) break;
-            const tl_channel *named = tl_mesh_channel(names, tl_mesh_channel_count(names) - 1);
-            channel.name = tli_strdup(ctx, named->name, &st);
+            if (!array->step.is_given) {
+                st = tl_mesh_add_channel(names, &channel);
+                if (st) break;
+                channel.name = tl_mesh_channel(names, tl_mesh_channel_count(names) - 1)->name;
+            }
+            channel.name = tli_strdup(ctx, channel.name, &st);
             channel.values = NULL;
             if (st) break;
+            feed->steps[feed->channel_count] = array->step;
             feed->channels[feed->channel_count++] = channel;
             feed->components[on] += array->components;
         }
@@ -265,6 +270,24 @@ tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
     return st;
 }
 
+tl_status tli_feed_open_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
+                               const tl_read_opts *opts, const char *folder, uint64_t memory_bytes,
+                               tli_feed **feed)
+{
+    tli_feeder *feeder = NULL;
+    *feed = NULL;
+    tl_status st = feed_create(ctx, opts, memory_bytes, feed);
+    if (st) return st;
+    st = tli_feeder_open_series(ctx, steps, step_count, &(*feed)->opts, folder, &(*feed)->report,
+                                &feeder);
+    (*feed)->has_report = true;
+    if (!st) st = prepare_feed(*feed, feeder);
+    if (!st) return TL_OK;
+    tli_feed_close(*feed);
+    *feed = NULL;
+    return st;
+}
+
 void tli_feed_close_window(tli_feed *feed)
 {
     tl_ctx *ctx = feed->ctx;
@@ -285,6 +308,7 @@ void tli_feed_close(tli_feed *feed)
     tli_feed_close_window(feed);
     for (size_t i = 0; i < feed->channel_count; i++)
         tl_mem_free(ctx, (char *)(uintptr_t)feed->channels[i].name);
+    tl_mem_free(ctx, feed->steps);
     tl_mem_free(ctx, feed->channels);
     tl_mem_free(ctx, feed->used);
     tl_mem_free(ctx, feed->range_xyz);
@@ -317,6 +341,11 @@ const tl_channel *tli_feed_channels(const tli_feed *feed, size_t *count)
 {
     *count = feed->channel_count;
     return feed->channels;
+}
+
+tli_feed_step tli_feed_channel_step(const tli_feed *feed, size_t channel)
+{
+    return feed->steps[channel];
 }
 
 /* ---- values ---- */

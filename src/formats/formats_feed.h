@@ -28,6 +28,12 @@ tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
 /* A mesh in memory, borrowed. */
 tl_status tli_feed_of_mesh(tl_ctx *ctx, const tl_mesh *mesh, uint64_t memory_bytes,
                            tli_feed **feed);
+/* Several steps of one mesh, steps [step_count] at least 1: the channels of all of them, on the
+ * mesh of the first. opts: step and time are not looked at. One step at a time is in memory; they
+ * are kept in a working file in folder. TL_ERR_DATA if the mesh of a step is another one. */
+tl_status tli_feed_open_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
+                               const tl_read_opts *opts, const char *folder, uint64_t memory_bytes,
+                               tli_feed **feed);
 /* What a feeder (formats_feeder.h) gives; takes it over, also on failure. */
 typedef struct tli_feeder tli_feeder;
 tl_status tli_feed_of(tl_ctx *ctx, tli_feeder *feeder, uint64_t memory_bytes, tli_feed **feed);
@@ -41,6 +47,13 @@ double tli_feed_time(const tli_feed *feed);
 bool tli_feed_has_regions(const tli_feed *feed);
 /* Channels in the order of tl_mesh_read; values are NULL. Borrowed. */
 const tl_channel *tli_feed_channels(const tli_feed *feed, size_t *count);
+/* The step of a series that a channel belongs to. */
+typedef struct tli_feed_step {
+    bool is_given; /* false: the source is no series */
+    uint32_t number;
+    double time; /* NaN: none */
+} tli_feed_step;
+tli_feed_step tli_feed_channel_step(const tli_feed *feed, size_t channel);
 
 /* Points [first, first + count): xyz [count][3]; values [count][components on vertices], NULL to
  * leave them out. missing [count] (may be NULL): 1 where the file says that there is no point. */

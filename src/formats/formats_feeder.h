@@ -10,6 +10,7 @@ typedef struct tli_feeder_array {
     char *name; /* owned */
     uint32_t components;
     tl_scalar scalar;
+    tli_feed_step step;
 } tli_feeder_array;
 
 struct tli_feeder {
@@ -50,6 +51,7 @@ struct tli_feed {
     bool has_regions;
     bool marks_points; /* hidden points or fill values: points can be missing */
     tl_channel *channels;
+    tli_feed_step *steps; /* [channel_count] */
     size_t channel_count;
     uint32_t components[2];
 
@@ -95,6 +97,10 @@ bool tli_feeder_is_xml(const tli_map *map);
 /* A structured file: VTK XML image data, rectilinear or structured grid of one piece. */
 tl_status tli_feeder_open_vts(tl_ctx *ctx, const tli_map *map, const char *path,
                               tli_feeder **feeder);
+/* Steps of one mesh, as tli_feed_open_series; fills report (may be NULL) from the first. */
+tl_status tli_feeder_open_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
+                                 const tl_read_opts *opts, const char *folder,
+                                 tl_read_report *report, tli_feeder **feeder);
 /* A raw volume: opts has its dimensions. */
 tl_status tli_feeder_open_raw(tl_ctx *ctx, const tli_map *map, const char *path,
                               const tl_read_opts *opts, tli_feeder **feeder);

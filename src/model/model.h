@@ -20,6 +20,10 @@ enum { TLI_BINS = TL_BINS };
 /* A channel of the model. */
 typedef struct tli_field {
     const char *name, *unit;
+    const char *key; /* its name in meshes: steps of a series have one name */
+    bool has_step, steers;
+    uint32_t step;
+    double time; /* of the step */
     uint32_t components;
     tl_on on;
     tl_scalar scalar;
@@ -43,7 +47,7 @@ typedef struct tli_plan {
     size_t vert_comps, tet_comps;               /* of all channels on vertices, on tets */
     size_t source_vert_comps, source_tet_comps; /* of the input */
     bool float32_places;                        /* of the input, all of them */
-    size_t quadric_floats;
+    size_t quadric_floats;                      /* of the channels that steer */
     bool has_regions;
     double bounds[6], diagonal;
     tl_lattice lattice;

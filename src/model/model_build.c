@@ -108,6 +108,8 @@ static tl_status build(tl_ctx *ctx, tl_segments **segments, tli_work *work, cons
     if (!st) st = tli_plan_create(ctx, *segments, &survey, opts, &plan);
     if (st) goto done;
     tli_input input = describe(*segments, &survey, plan.diagonal);
+    for (size_t f = 0; f < plan.field_count; f++)
+        if (plan.fields[f].has_step) input.time = (double)NAN; /* that of each channel counts */
     st = tli_model_create(ctx, &plan, work, &model);
     if (!st) st = begin(model, &plan, *segments, &survey);
     tl_segments_destroy(*segments);
@@ -145,29 +147,29 @@ static tl_status take_opts(tl_ctx *ctx, const tl_build_opts *given, tl_build_opt
 }
 
 /* The input in segments, made or as they were kept. */
-static tl_status open_segments(tl_ctx *ctx, const char *input, const tl_read_opts *read,
-                               const tl_mesh *mesh, const tl_segment_opts *opts, tli_work *work,
-                               tl_segments **segments)
+static tl_status open_segments(tl_ctx *ctx, const tli_source *from, const tl_segment_opts *opts,
+                               tli_work *work, tl_segments **segments)
 {
     tl_status st = TL_OK;
     char *path = tli_work_path(work, "segments.work", &st);
     if (st) return st;
     if (work->stage >= TLI_STAGE_SEGMENT)
         st = tl_segments_open(ctx, path, segments);
-    else if (mesh)
-        st = tl_segments_build_mesh(ctx, mesh, opts, path, segments);
+    else if (from->mesh)
+        st = tl_segments_build_mesh(ctx, from->mesh, opts, path, segments);
+    else if (from->step_count)
+        st = tl_segments_build_series(ctx, from->steps, from->step_count, from->read, opts, path,
+                                      segments, NULL);
     else
-        st = tl_segments_build(ctx, input, read, opts, path, segments, NULL);
+        st = tl_segments_build(ctx, from->input, from->read, opts, path, segments, NULL);
     tl_mem_free(ctx, path);
     if (!st && work->stage < TLI_STAGE_SEGMENT)
         st = tli_work_save(work, TLI_STAGE_SEGMENT, NULL, NULL);
     return st;
 }
 
-/* input or mesh. */
-static tl_status build_any(tl_ctx *ctx, const char *input, const tl_read_opts *read,
-                           const tl_mesh *mesh, const char *path, const tl_build_opts *given,
-                           tl_build_result *result)
+static tl_status build_any(tl_ctx *ctx, const tli_source *from, const char *path,
+                           const tl_build_opts *given, tl_build_result *result)
 {
     tl_build_opts opts;
     tl_segment_opts segment;
@@ -178,10 +180,10 @@ static tl_status build_any(tl_ctx *ctx, const char *input, const tl_read_opts *r
     *result = r;
     tl_ctx_reset_peak(ctx);
     tl_status st = take_opts(ctx, given, &opts, &segment);
-    if (!st && mesh && tl_mesh_tet_count(mesh) == 0)
+    if (!st && from->mesh && tl_mesh_tet_count(from->mesh) == 0)
         st = tl_fail(ctx, TL_ERR_DATA, "the mesh has no tets");
-    if (!st) st = tli_work_open(ctx, input, read, &opts, &work);
-    if (!st) st = open_segments(ctx, input, read, mesh, &segment, &work, &segments);
+    if (!st) st = tli_work_open(ctx, from, &opts, &work);
+    if (!st) st = open_segments(ctx, from, &segment, &work, &segments);
     if (!st) r.tets_in = tl_segments_tet_count(segments);
     if (!st && !tli_work_ends(&work, TLI_STAGE_SEGMENT))
         st = build(ctx, &segments, &work, path, &opts, &r);
@@ -200,13 +202,21 @@ static tl_status build_any(tl_ctx *ctx, const char *input, const tl_read_opts *r
 tl_status tl_model_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                               const tl_build_opts *opts, tl_build_result *result)
 {
-    return build_any(ctx, NULL, NULL, mesh, path, opts, result);
+    return build_any(ctx, &(tli_source){.mesh = mesh}, path, opts, result);
 }
 
 tl_status tl_model_build(tl_ctx *ctx, const char *input, const tl_read_opts *read, const char *path,
                          const tl_build_opts *opts, tl_build_result *result)
 {
-    return build_any(ctx, input, read, NULL, path, opts, result);
+    return build_any(ctx, &(tli_source){.input = input, .read = read}, path, opts, result);
+}
+
+tl_status tl_model_build_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
+                                const tl_read_opts *read, const char *path,
+                                const tl_build_opts *opts, tl_build_result *result)
+{
+    tli_source from = {.steps = steps, .step_count = step_count, .read = read};
+    return build_any(ctx, &from, path, opts, result);
 }
 
 void tl_build_release(tl_ctx *ctx, tl_build_result *result)

@@ -22,7 +22,7 @@ static tl_status add_fields(tl_ctx *ctx, const tli_plan *plan, const tl_segment 
         double *values = tl_mem_alloc(ctx, count * k, sizeof *values, &st), *to = values;
         for (size_t e = 0; !st && e < count; e++, from += stride)
             for (size_t c = 0; c < k; c++) *to++ = tli_field_round(f, from[c]);
-        tl_channel channel = {f->name, f->unit, f->components, f->on, TL_F64, values};
+        tl_channel channel = {f->key, f->unit, f->components, f->on, TL_F64, values};
         if (!st) st = tl_mesh_adopt_channel(mesh, &channel);
         if (st) tl_mem_free(ctx, values);
     }

@@ -1,5 +1,6 @@
 /* What a model will be made like: its channels, their lattices, the scale of costs. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "model/model.h"
@@ -10,6 +11,8 @@ enum { SEGMENT_TETS = 49152, PATCH_TETS = 4096 };
 enum { BIN_PART = 16, BIN_BYTES = 16 << 20, BIN_BYTES_MIN = 1 << 20 };
 /* Components that can steer a simplification. */
 enum { COMPONENTS_MAX = 256 };
+/* Channels that the coder has tables for. */
+enum { CHANNELS_MAX = 1024 };
 /* Vectors whose lengths differ by less than this part of the widest range of a component count as
  * equally long. */
 static const double EQUAL_LENGTHS = 1e-3;
@@ -76,6 +79,29 @@ static void set_code(tli_field *f)
     f->code.step = 1;
 }
 
+/* What several steps are called in one mesh. */
+static const char *make_key(tl_ctx *ctx, const tl_segment_channel *c, tl_status *st)
+{
+    char number[16];
+    if (!c->has_step) return tli_strdup(ctx, c->name, st);
+    int digits = snprintf(number, sizeof number, "@%u", c->step);
+    size_t length = strlen(c->name);
+    char *key = tl_mem_alloc(ctx, length + (size_t)digits + 1, 1, st);
+    if (*st) return NULL;
+    memcpy(key, c->name, length);
+    memcpy(key + length, number, (size_t)digits + 1);
+    return key;
+}
+
+static bool is_steering(const tl_build_opts *o, const tl_segment_channel *c)
+{
+    if (c->on != TL_ON_VERTEX) return false;
+    if (!c->has_step || !o->steer) return true;
+    for (size_t i = 0; i < o->steer_count; i++)
+        if (o->steer[i] == c->step) return true;
+    return false;
+}
+
 static tl_status set_field(tli_plan *p, const tl_segment_channel *c,
                            const tli_channel_survey *found, tli_field *f)
 {
@@ -84,11 +110,16 @@ static tl_status set_field(tli_plan *p, const tl_segment_channel *c,
     *f = (tli_field){.components = c->components,
                      .on = c->on,
                      .scalar = c->scalar,
+                     .has_step = c->has_step,
+                     .step = c->step,
+                     .time = c->time,
+                     .steers = is_steering(&p->opts, c),
                      .first = *comps,
                      .source_first = c->first,
                      .nonfinite_count = found->nonfinite};
     f->name = tli_strdup(p->ctx, c->name, &st);
     f->unit = tli_strdup(p->ctx, c->unit ? c->unit : "", &st);
+    f->key = make_key(p->ctx, c, &st);
     if (st) return st;
     *comps += c->components;
     memcpy(f->range, found->range, sizeof f->range);
@@ -146,7 +177,55 @@ static tl_status check_names(const tli_plan *p, const tl_segments *segments)
     return TL_OK;
 }
 
-static tl_status set_fields(tli_plan *p, const tl_segments *segments, const tli_survey *survey)
+/* What was found of a channel; the steps of a series have one range, so that a part of it is the
+ * same at all times. */
+static tli_channel_survey survey_of(const tl_segments *segments, const tli_survey *survey, size_t i)
+{
+    const tl_segment_channel *c = tl_segments_channel(segments, i);
+    tli_channel_survey found = survey->channels[i];
+    for (size_t j = 0; c->has_step && j < tl_segments_channel_count(segments); j++) {
+        const tl_segment_channel *other = tl_segments_channel(segments, j);
+        const tli_channel_survey *s = &survey->channels[j];
+        if (other->on != c->on || other->components != c->components ||
+            strcmp(other->name, c->name) != 0)
+            continue;
+        found.range[0] = fmin(found.range[0], s->range[0]);
+        found.range[1] = fmax(found.range[1], s->range[1]);
+        found.extent[0] = fmin(found.extent[0], s->extent[0]);
+        found.extent[1] = fmax(found.extent[1], s->extent[1]);
+    }
+    return found;
+}
+
+static tl_status check_counts(const tli_plan *p, size_t components)
+{
+    if (p->field_count > CHANNELS_MAX)
+        return tl_fail(p->ctx, TL_ERR_UNSUPPORTED, "%zu channels of all steps, at most %d fit",
+                       p->field_count, CHANNELS_MAX);
+    if (components > COMPONENTS_MAX)
+        return tl_fail(p->ctx, TL_ERR_UNSUPPORTED,
+                       "the channels on vertices that steer have %zu components together, at most "
+                       "%d can; take fewer channels, or let fewer steps steer",
+                       components, COMPONENTS_MAX);
+    return TL_OK;
+}
+
+static tl_status check_steer(const tli_plan *p)
+{
+    for (size_t i = 0; i < p->opts.steer_count; i++) {
+        size_t f = 0;
+        while (f < p->field_count &&
+               !(p->fields[f].has_step && p->fields[f].step == p->opts.steer[i]))
+            f++;
+        if (f == p->field_count)
+            return tl_fail(p->ctx, TL_ERR_ARG, "step %u is to steer and is not built",
+                           p->opts.steer[i]);
+    }
+    return TL_OK;
+}
+
+static tl_status set_fields(tli_plan *p, const tl_segments *segments, const tli_survey *survey,
+                            size_t *steering_comps)
 {
     size_t count = tl_segments_channel_count(segments), components = 0;
     tl_status st = check_names(p, segments);
@@ -156,20 +235,19 @@ static tl_status set_fields(tli_plan *p, const tl_segments *segments, const tli_
     for (size_t i = 0; !st && i < count; i++) {
         const tl_segment_channel *c = tl_segments_channel(segments, i);
         if (!is_wanted(&p->opts, c->name)) continue;
-        st = check_values(p->ctx, c->name, &survey->channels[i]);
+        const tli_channel_survey found = survey_of(segments, survey, i);
+        st = check_values(p->ctx, c->name, &found);
         if (st) break;
         tli_field *f = &p->fields[p->field_count++];
-        st = set_field(p, c, &survey->channels[i], f);
-        if (st || c->on != TL_ON_VERTEX) continue;
-        p->steering[p->steering_count] = (tl_simplify_channel){f->name, 1, 0};
+        st = set_field(p, c, &found, f);
+        if (st || !f->steers) continue;
+        p->steering[p->steering_count] = (tl_simplify_channel){f->key, 1, 0};
         p->steering_scales[p->steering_count++] = f->scale;
         components += f->components;
     }
-    if (!st && components > COMPONENTS_MAX)
-        st = tl_fail(p->ctx, TL_ERR_UNSUPPORTED,
-                     "the channels on vertices have %zu components together, at most %d can be "
-                     "built at once",
-                     components, COMPONENTS_MAX);
+    if (!st) st = check_counts(p, components);
+    if (!st) st = check_steer(p);
+    *steering_comps = components;
     return st;
 }
 
@@ -177,9 +255,10 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
                           const tl_build_opts *opts, tli_plan *p)
 {
     double square = 0;
+    size_t steering_comps = 0;
     *p = (tli_plan){.ctx = ctx, .opts = *opts};
     tl_status st = check_places(ctx, survey);
-    if (!st) st = set_fields(p, segments, survey);
+    if (!st) st = set_fields(p, segments, survey, &steering_comps);
     if (st) {
         tli_plan_release(p);
         return st;
@@ -188,7 +267,7 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
     if (!p->opts.patch_tets) p->opts.patch_tets = PATCH_TETS;
     p->source_vert_comps = tl_segments_components(segments, TL_ON_VERTEX);
     p->source_tet_comps = tl_segments_components(segments, TL_ON_TET);
-    p->quadric_floats = tli_piece_quadric_floats(p->vert_comps);
+    p->quadric_floats = tli_piece_quadric_floats(steering_comps);
     p->has_regions = tl_segments_has_regions(segments);
     p->float32_places = survey->is_float32;
     memcpy(p->bounds, survey->bounds, sizeof p->bounds);
@@ -207,6 +286,7 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
 void tli_plan_release(tli_plan *p)
 {
     for (size_t i = 0; p->fields && i < p->field_count; i++) {
+        tl_mem_free(p->ctx, (char *)(uintptr_t)p->fields[i].key);
         tl_mem_free(p->ctx, (char *)(uintptr_t)p->fields[i].name);
         tl_mem_free(p->ctx, (char *)(uintptr_t)p->fields[i].unit);
     }

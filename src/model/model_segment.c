@@ -139,11 +139,12 @@ static void round_values(job *j)
             const tli_field *f = &j->plan->fields[i];
             if (f->on != TL_ON_VERTEX) continue;
             double *row = j->mesh_values + v * j->plan->vert_comps + f->first;
-            for (uint32_t k = 0; k < f->components; k++, n++) {
+            for (uint32_t k = 0; k < f->components; k++) {
                 double before = mesh->channels[i].values[v * f->components + k];
                 row[k] = tli_field_round(f, row[k]);
+                if (!f->steers) continue;
                 shift[n] = isfinite(row[k] - before) ? (row[k] - before) * f->scale : 0;
-                moved |= shift[n] != 0;
+                moved |= shift[n++] != 0;
             }
         }
         if (moved) tli_piece_reanchor(j->piece.quadrics + v * j->piece.quadric_floats, shift, n);

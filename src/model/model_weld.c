@@ -192,7 +192,7 @@ static tl_status make_mesh(welder *w)
     w->tets = NULL;
     for (size_t i = 0; !st && i < w->plan->field_count; i++) {
         const tli_field *f = &w->plan->fields[i];
-        tl_channel c = {f->name, f->unit, f->components, f->on, TL_F64, w->values[i]};
+        tl_channel c = {f->key, f->unit, f->components, f->on, TL_F64, w->values[i]};
         st = tl_mesh_adopt_channel(w->weld->mesh, &c);
         if (!st) w->values[i] = NULL;
     }

@@ -48,6 +48,17 @@ static tl_status say_input(words *w, const char *what, const char *path)
     return TL_OK;
 }
 
+static tl_status say_steps(words *w, const tli_source *from)
+{
+    tl_status st = TL_OK;
+    for (size_t i = 0; !st && i < from->step_count; i++) {
+        const tl_step *step = &from->steps[i];
+        say(w, "step %u: %llu\n", step->number, (unsigned long long)step->step);
+        if (!i || strcmp(step->path, step[-1].path) != 0) st = say_input(w, "input", step->path);
+    }
+    return st;
+}
+
 static void say_reading(words *w, const tl_read_opts *r)
 {
     say(w, "dimensions: %u %u %u, type %d, %s\n", r->raw_dims[0], r->raw_dims[1], r->raw_dims[2],
@@ -72,15 +83,17 @@ static void say_building(words *w, const tl_build_opts *o)
     say(w, "lossless: %d\nplain numbers: %d\n", o->lossless, o->raw);
     say(w, "segment tets: %u\npatch tets: %u\nreduction: %.17g\n", o->segment_tets, o->patch_tets,
         o->reduction);
+    for (size_t i = 0; i < o->steer_count; i++) say(w, "steering step: %u\n", o->steer[i]);
 }
 
-static tl_status describe(tl_ctx *ctx, const char *input, const tl_read_opts *read,
-                          const tl_build_opts *opts, char **asked)
+static tl_status describe(tl_ctx *ctx, const tli_source *from, const tl_build_opts *opts,
+                          char **asked)
 {
     words w = {.ctx = ctx};
     tl_read_opts r = tl_read_opts_defaults();
-    tl_status st = tli_opts_take(ctx, "tl_read_opts", read, &r, sizeof r);
-    if (!st) st = say_input(&w, "input", input);
+    tl_status st = tli_opts_take(ctx, "tl_read_opts", from->read, &r, sizeof r);
+    if (!st) st = say_input(&w, "input", from->input);
+    if (!st) st = say_steps(&w, from);
     if (!st) st = say_input(&w, "solution", r.solution);
     say_reading(&w, &r);
     say_building(&w, opts);
@@ -173,8 +186,7 @@ static uint32_t parse_stage(const char *text)
     return *end || level > 63 ? TL_NONE : TLI_STAGE_FINEST + (uint32_t)level;
 }
 
-tl_status tli_work_open(tl_ctx *ctx, const char *input, const tl_read_opts *read,
-                        const tl_build_opts *o, tli_work *w)
+tl_status tli_work_open(tl_ctx *ctx, const tli_source *from, const tl_build_opts *o, tli_work *w)
 {
     *w = (tli_work){.ctx = ctx, .stop = TL_NONE};
     const char *folder = o->resume ? o->resume : o->keep;
@@ -189,12 +201,12 @@ tl_status tli_work_open(tl_ctx *ctx, const char *input, const tl_read_opts *read
                            "to stop after a stage a folder is needed that keeps it");
     }
     if (!folder) return TL_OK;
-    if (!input)
+    if (from->mesh)
         return tl_fail(ctx, TL_ERR_ARG, "the build of a mesh in memory can't be kept or resumed");
     if (o->resume && o->keep && strcmp(o->resume, o->keep) != 0)
         return tl_fail(ctx, TL_ERR_ARG, "a build that is resumed stays in its folder");
     w->folder = tli_strdup(ctx, folder, &st);
-    if (!st) st = describe(ctx, input, read, o, &w->asked);
+    if (!st) st = describe(ctx, from, o, &w->asked);
     if (!st) st = o->resume ? open_state(w) : make_folder(w);
     return st;
 }

@@ -25,11 +25,20 @@ typedef struct tli_work {
     uint32_t stop;   /* behind this stage; TL_NONE: at the end */
 } tli_work;
 
-/* Looks at the options keep, resume and until. input and read: what is built. TL_ERR_ARG for
- * options that don't fit together, TL_ERR_DATA for a folder of another build or of a changed input.
- * To be closed also after a failure. */
-tl_status tli_work_open(tl_ctx *ctx, const char *input, const tl_read_opts *read,
-                        const tl_build_opts *opts, tli_work *work);
+/* What a model is made of: a mesh, or steps, or a file. */
+typedef struct tli_source {
+    const tl_mesh *mesh;
+    const tl_step *steps; /* [step_count] */
+    size_t step_count;
+    const char *input;
+    const tl_read_opts *read;
+} tli_source;
+
+/* Looks at the options keep, resume and until. TL_ERR_ARG for options that don't fit together,
+ * TL_ERR_DATA for a folder of another build or of a changed input. To be closed also after a
+ * failure. */
+tl_status tli_work_open(tl_ctx *ctx, const tli_source *from, const tl_build_opts *opts,
+                        tli_work *work);
 void tli_work_close(tli_work *work);
 
 /* Path of a file in the folder. Gives it; NULL without a folder. */

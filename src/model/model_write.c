@@ -239,7 +239,9 @@ static void fill_channels(writer *w, const tli_input *input)
                                             .code = f->code,
                                             .range = {f->range[0], f->range[1]},
                                             .codec_error = f->leaf_error,
-                                            .time = input->time,
+                                            .has_step = f->has_step,
+                                            .step = f->step,
+                                            .time = f->has_step ? f->time : input->time,
                                             .nonfinite_count = f->nonfinite_count};
     }
 }

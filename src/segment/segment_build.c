@@ -362,12 +362,16 @@ static tl_status begin_segments(tli_build *b, const char *path)
     s->channels = tl_mem_zalloc(ctx, count, sizeof *s->channels, &st);
     for (size_t i = 0; !st && i < count; i++) {
         const tl_channel *from = &channels[i];
+        const tli_feed_step step = tli_feed_channel_step(b->feed, i);
         s->channels[i] = (tl_segment_channel){.name = tli_strdup(ctx, from->name, &st),
                                               .unit = tli_strdup(ctx, from->unit, &st),
                                               .components = from->components,
                                               .on = from->on,
                                               .scalar = from->scalar,
-                                              .first = s->components[from->on]};
+                                              .first = s->components[from->on],
+                                              .has_step = step.is_given,
+                                              .step = step.number,
+                                              .time = step.is_given ? step.time : s->time};
         s->components[from->on] += from->components;
         s->channel_count++;
     }
@@ -442,6 +446,20 @@ tl_status tl_segments_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const tl_segm
     return st ? tl_note(ctx, st, "while cutting a mesh into segments") : TL_OK;
 }
 
+/* Of a source that was opened, or that could not be: st says so. */
+static tl_status build_read(tli_build *b, tl_status st, const char *input, const char *path,
+                            tl_segments **segments, tl_read_report *report)
+{
+    if (!st) st = build(b, path, segments);
+    if (!st) st = tli_feed_report(b->feed, report);
+    if (st) {
+        tl_segments_destroy(*segments);
+        *segments = NULL;
+    }
+    build_release(b);
+    return st ? tl_note(b->ctx, st, "while cutting '%s' into segments", input) : TL_OK;
+}
+
 tl_status tl_segments_build(tl_ctx *ctx, const char *input, const tl_read_opts *read,
                             const tl_segment_opts *opts, const char *path, tl_segments **segments,
                             tl_read_report *report)
@@ -451,12 +469,20 @@ tl_status tl_segments_build(tl_ctx *ctx, const char *input, const tl_read_opts *
     if (report) *report = (tl_read_report){0};
     tl_status st = check_options(ctx, opts, &b.opts);
     if (!st) st = tli_feed_open(ctx, input, read, b.opts.memory_bytes / SOURCE_PART, &b.feed);
-    if (!st) st = build(&b, path, segments);
-    if (!st) st = tli_feed_report(b.feed, report);
-    if (st) {
-        tl_segments_destroy(*segments);
-        *segments = NULL;
-    }
-    build_release(&b);
-    return st ? tl_note(ctx, st, "while cutting '%s' into segments", input) : TL_OK;
+    return build_read(&b, st, input, path, segments, report);
+}
+
+tl_status tl_segments_build_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
+                                   const tl_read_opts *read, const tl_segment_opts *opts,
+                                   const char *path, tl_segments **segments, tl_read_report *report)
+{
+    tli_build b = {.ctx = ctx};
+    *segments = NULL;
+    if (report) *report = (tl_read_report){0};
+    if (!step_count) return tl_fail(ctx, TL_ERR_ARG, "a series without steps");
+    tl_status st = check_options(ctx, opts, &b.opts);
+    if (!st)
+        st = tli_feed_open_series(ctx, steps, step_count, read, b.opts.folder,
+                                  b.opts.memory_bytes / SOURCE_PART, &b.feed);
+    return build_read(&b, st, steps->path, path, segments, report);
 }

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define MAGIC                                                                                      \
-    0x3130474553544cffu /* "TLSEG01" from the second byte on, where bytes are little-endian */
+    0x3230474553544cffu /* "TLSEG02" from the second byte on, where bytes are little-endian */
 #define HEAD_BYTES 4096u
 
 /* The head as it is written. */
@@ -20,7 +20,8 @@ typedef struct head {
 
 /* A channel of the index; its name follows. */
 typedef struct channel_head {
-    uint32_t name_bytes, unit_bytes, components, on, scalar, zero;
+    uint32_t name_bytes, unit_bytes, components, on, scalar, has_step, step, zero;
+    double time;
 } channel_head;
 
 /* FNV-1a over words: the index is small. */
@@ -104,7 +105,10 @@ tl_status tli_segments_write_index(tl_segments *s)
                           .unit_bytes = (uint32_t)strlen(channel->unit),
                           .components = channel->components,
                           .on = channel->on,
-                          .scalar = channel->scalar};
+                          .scalar = channel->scalar,
+                          .has_step = channel->has_step,
+                          .step = channel->step,
+                          .time = channel->time};
         at = put(at, &h, sizeof h);
         at = put(at, channel->name, h.name_bytes);
         at = put(at, channel->unit, h.unit_bytes);
@@ -175,7 +179,10 @@ static tl_status read_channels(tl_segments *s, cursor *c, uint32_t count, bool *
         *channel = (tl_segment_channel){.components = h.components,
                                         .on = (tl_on)h.on,
                                         .scalar = (tl_scalar)h.scalar,
-                                        .first = s->components[h.on]};
+                                        .first = s->components[h.on],
+                                        .has_step = h.has_step != 0,
+                                        .step = h.step,
+                                        .time = h.time};
         s->components[h.on] += h.components;
         st = take_text(s->ctx, c, h.name_bytes, &channel->name, whole);
         if (!st && *whole) st = take_text(s->ctx, c, h.unit_bytes, &channel->unit, whole);

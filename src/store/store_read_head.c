@@ -267,7 +267,9 @@ static tl_status take_channel(head_cursor *cursor, tl_store *store, tl_store_cha
     channel->nonfinite_count = tli_take(at, 8);
     channel->bytes = tli_take(at, 8);
     codes->error_unit = tli_take_i32(at);
-    demand(cursor, tli_take_u32(at) == 0, "a reserved byte that is not zero");
+    const uint32_t step = tli_take_u32(at);
+    channel->has_step = step > 0;
+    channel->step = step > 0 ? step - 1 : 0;
     codes->range.lo = tli_take_f64(at);
     codes->range.step = tli_take_f64(at);
     demand(cursor, channel->components >= 1 && channel->components <= TLI_STORE_COMPONENTS_MAX,

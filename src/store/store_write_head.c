@@ -21,6 +21,7 @@ static const char *wrong_channel(const tl_store_channel *channel)
     if (!isfinite(channel->range[0]) || !(channel->range[0] <= channel->range[1]) ||
         !isfinite(channel->range[1]))
         return "has no range";
+    if (channel->has_step && channel->step == TL_NONE) return "has a step that is too late";
     if (!(channel->codec_error >= 0)) return "has a codec error that is none";
     return NULL;
 }
@@ -217,7 +218,7 @@ static void put_channel(uint8_t **at, const tl_store_channel *channel,
     tli_put(at, channel->nonfinite_count, 8);
     tli_put(at, byte_count, 8);
     tli_put(at, (uint64_t)(int64_t)codes->error_unit, 4);
-    tli_put(at, 0, 4);
+    tli_put(at, channel->has_step ? (uint64_t)channel->step + 1 : 0, 4);
     tli_put_f64(at, codes->range.lo);
     tli_put_f64(at, codes->range.step);
     put_text(at, channel->name, name_bytes);
