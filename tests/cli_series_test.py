@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import numpy as np
 
@@ -62,6 +63,38 @@ def write_vtu(path, points, tets, point_data, cell_data=(), time=None):
                 "</Piece></UnstructuredGrid></VTKFile>\n")
 
 
+def read_vtu(path):
+    """What write_vtu writes, and --ascii: points, tets, arrays by name."""
+    def values(node):
+        kind = {"Float32": np.float32, "Float64": np.float64}.get(node.get("type"), np.int64)
+        found = np.array((node.text or "").split()).astype(kind)
+        width = int(node.get("NumberOfComponents") or 1)
+        return found.reshape(-1, width) if width > 1 else found
+
+    root = xml.etree.ElementTree.parse(path).getroot()
+    found = {node.get("Name"): values(node) for node in root.iter("DataArray") if node.get("Name")}
+    points = values(next(iter(root.iter("Points")))[0])
+    return points, found.pop("connectivity").reshape(-1, 4), found
+
+
+def errors_at(points, originals, mesh, values, reach):
+    """By brute force: the least error of each original vertex among the tets with a point within reach of it."""
+    corners, tets = mesh
+    p = corners[tets]
+    inverse = np.linalg.inv((p[:, 1:] - p[:, :1]).transpose(0, 2, 1))
+    field = values.reshape(len(values), -1)[tets]
+    originals = originals.reshape(len(originals), -1)
+    errors = np.empty(len(points))
+    for v, x in enumerate(points):
+        tail = np.einsum("tij,tj->ti", inverse, x - p[:, 0])
+        w = np.clip(np.concatenate([1 - tail.sum(axis=1, keepdims=True), tail], axis=1), 0, None)
+        w /= w.sum(axis=1, keepdims=True)
+        near = np.linalg.norm(np.einsum("ti,tij->tj", w, p) - x, axis=1) <= reach
+        assert near.any(), f"vertex {v} is outside"
+        errors[v] = np.linalg.norm(np.einsum("ti,tij->tj", w[near], field[near]) - originals[v], axis=1).min()
+    return errors
+
+
 def heat(points, step):
     return np.exp(-((points - [0.25 + 0.15 * step, 0.5, 0.5])**2).sum(axis=1) / 0.03).astype(np.float32)
 
@@ -80,7 +113,7 @@ class Series(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="tetralod-series-")
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        cls.points, cls.tets = grid(11)
+        cls.points, cls.tets = grid(9)
         cls.files = [cls.path(f"moving_{s}.vtu") for s in range(cls.STEPS)]
         for s, name in enumerate(cls.files):
             wind = np.stack([cls.points[:, 1] * s, np.sin(3 * cls.points[:, 0] + s), cls.points[:, 2]], axis=1)
@@ -121,6 +154,68 @@ class Series(unittest.TestCase):
         self.assertEqual(len(ranges), 3, "steps have one range together")
         done = run("check", self.path("all.tlod"))
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_promises_hold_at_every_step(self):
+        """Promise >= measured by brute force, at the levels and under a bound, for every step."""
+        self.build("promise.tlod", self.pvd, "--steps", "all", "--segment-tets", "1200", "--patch-tets", "300")
+        out = self.path("step.vtu")
+        for step in range(self.STEPS):
+            for how in (("--level", "2"), ("--error", "heat=5%")):
+                done = run("extract", self.path("promise.tlod"), "-o", out, "--step", str(step), *how, "--ascii", "--json")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                said = json.loads(done.stdout)
+                self.assertEqual((said["step"], said["time"]), (step, self.times[step]))
+                self.assertEqual([b["channel"] for b in said["bounds_promised"]], ["heat", "wind", "rank"])
+                corners, tets, arrays = read_vtu(out)
+                reach = said["boundary_error"] + 2e-5
+                wind = np.stack([self.points[:, 1] * step, np.sin(3 * self.points[:, 0] + step), self.points[:, 2]], axis=1)
+                for name, original in (("heat", heat(self.points, step)), ("wind", wind)):
+                    promised = next(b["error"] for b in said["bounds_promised"] if b["channel"] == name)
+                    measured = errors_at(self.points, original, (corners, tets), arrays[name], reach).max()
+                    self.assertLessEqual(measured, promised * (1 + 1e-6), f"{name} at step {step}, {how}")
+                    if how[0] == "--error" and name == "heat":
+                        self.assertLessEqual(promised, 0.05)
+
+    def test_check_against_every_step(self):
+        self.build("check.tlod", self.pvd, "--steps", "1,3", "--channels", "heat")
+        done = run("check", self.path("check.tlod"), "--against", self.pvd, "--cuts", "6", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        said = json.loads(done.stdout)
+        self.assertEqual([(m["channel"], m["step"]) for m in said["measured"]], [("heat", 1), ("heat", 3)])
+        for promised, measured in zip(said["promised"], said["measured"]):
+            self.assertGreater(measured["error"], 0)
+            self.assertLessEqual(measured["error"], promised["error"])
+        done = run("check", self.path("check.tlod"), "--against", self.files[3], "--step", "3", "--cuts", "4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = run("check", self.path("check.tlod"), "--against", self.files[2], "--step", "3", "--cuts", "4")
+        self.assertEqual(done.returncode, 1, "another step of the series passed for it")
+        self.assertIn("'heat' is off by", done.stderr)
+
+    def test_steps_are_chosen(self):
+        self.build("choose.tlod", self.pvd, "--steps", "1:3", "--channels", "heat")
+        out = self.path("chosen.vtu")
+        for words, step in (((), 1), (("--step", "2"), 2), (("--step", "last"), 3), (("--time", "1.2"), 2), (("--time", "0"), 1)):
+            done = run("extract", self.path("choose.tlod"), "-o", out, "--full", *words, "--json")
+            self.assertEqual((done.returncode, json.loads(done.stdout)["step"]), (0, step), done.stderr)
+        done = run("info", out, "--json")
+        self.assertEqual(json.loads(done.stdout)["time"], self.times[1])
+        done = run("extract", self.path("choose.tlod"), "-o", out, "--full", "--step", "0")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("steps: 1 2 3", done.stderr)
+        done = run("info", self.path("choose.tlod"))
+        self.assertIn("steps       3: 1 (time 0.5) 2 (time 1) 3 (time 1.5)", done.stdout)
+
+    def test_real_series(self):
+        """Exodus and XDMF files with steps of a mesh that does not move."""
+        for name, steps in (("exodus/mug.e", "0,10:20:5"), ("xdmf-hdf5/no_checkpoint.xdmf", "all")):
+            path = os.path.join(DATA, name)
+            if not DATA or not os.path.exists(path):
+                self.skipTest(f"{name} is not there")
+            self.build("real.tlod", path, "--steps", steps)
+            numbers = sorted({c["step"] for c in self.info("real.tlod")["channels"]})
+            self.assertEqual(numbers, [0, 10, 15, 20] if "mug" in name else [0, 1, 2, 3, 4])
+            done = run("check", self.path("real.tlod"), "--against", path, "--cuts", "4")
+            self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_second_reader_knows_steps(self):
         self.build("raw.tlod", self.pvd, "--steps", "1,3", "--raw-layout", "--lossless", "--channels", "heat")

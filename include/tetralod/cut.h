@@ -131,6 +131,9 @@ typedef struct tl_cut_check_opts {
         meshes;    /* so many of them, the first ones, as whole meshes, which takes the memory and
                       the time of making them; default UINT32_MAX: with an original all, else 12 */
     uint64_t seed; /* default 1 */
+    bool has_step; /* default false: meshes have all channels; true: those of the step, which the
+                      original has, too, and those of none */
+    uint32_t step;
 } tl_cut_check_opts;
 TL_API tl_cut_check_opts tl_cut_check_opts_defaults(void);
 

@@ -2,6 +2,8 @@
 #include "cli_model.h"
 #include "tetralod/cut.h"
 
+#include <math.h>
+
 static const cli_option OPTIONS[] = {
     {CLI_FAST, 0, "fast", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "the index alone: checksums, counts, offsets and the graph; patches are not decoded"},
@@ -45,11 +47,14 @@ static void print_json(const cli_session *session, const char *path, const tl_st
     json_t *promised = cli_json_list(object, "promised");
     json_t *measured = cli_json_list(object, "measured");
     for (size_t c = 0; c < cuts->channel_count && cli_get(session, CLI_AGAINST)->given; c++) {
+        const tl_store_channel *channel = &tl_store_get_head(store)->channels[c];
         json_t *item = cli_json_item(promised);
         cli_json_text(item, "channel", cuts->channels[c].name);
+        if (channel->has_step) cli_json_count(item, "step", channel->step);
         cli_json_real(item, "error", cuts->channels[c].promised);
         item = cli_json_item(measured);
         cli_json_text(item, "channel", cuts->channels[c].name);
+        if (channel->has_step) cli_json_count(item, "step", channel->step);
         cli_json_real(item, "error", cuts->channels[c].measured);
         cli_json_real(item, "looseness", cuts->channels[c].looseness);
     }
@@ -79,26 +84,102 @@ static void print_text(const cli_session *session, const char *path, const tl_st
            "most %s\n",
            "cuts", cli_count(f->cuts.cuts_tried).s, cli_count(f->cuts.meshes_made).s,
            cli_share(f->cuts.volume_off, 1).s);
-    for (size_t c = 0; c < f->cuts.channel_count && cli_get(session, CLI_AGAINST)->given; c++)
-        if (f->cuts.channels[c].promised > 0)
-            printf("%-10s  %s: %s measured, %s promised, in the cut where they are nearest\n",
-                   "kept", f->cuts.channels[c].name, cli_real(f->cuts.channels[c].measured).s,
-                   cli_real(f->cuts.channels[c].promised).s);
+    for (size_t c = 0; c < f->cuts.channel_count && cli_get(session, CLI_AGAINST)->given; c++) {
+        const tl_store_channel *channel = &head->channels[c];
+        char at[32] = "";
+        if (!(f->cuts.channels[c].promised > 0)) continue;
+        if (channel->has_step) snprintf(at, sizeof at, " at step %u", channel->step);
+        printf("%-10s  %s%s: %s measured, %s promised, in the cut where they are nearest\n", "kept",
+               channel->name, at, cli_real(f->cuts.channels[c].measured).s,
+               cli_real(f->cuts.channels[c].promised).s);
+    }
     if (f->cuts.boundary_promised > 0)
         printf("%-10s  boundary: %s measured, %s promised\n", "kept",
                cli_real(f->cuts.boundary_measured).s, cli_real(f->cuts.boundary_promised).s);
 }
 
-/* Random cuts, with the data set behind the model if there is one. */
-static tl_status try_cuts(cli_session *session, tl_store *store, const cli_input *input,
-                          tl_cut_check_result *cuts)
+/* Random cuts, with the data set behind the model if there is one, at a step of it. */
+static tl_status try_cuts(cli_session *session, tl_store *store, const tl_mesh *mesh,
+                          const cli_model_step *step, tl_cut_check_result *cuts)
 {
     tl_cut_check_opts opts = tl_cut_check_opts_defaults();
     opts.cuts = (uint32_t)cli_get(session, CLI_CUTS)->count;
     opts.seed = cli_get(session, CLI_SEED)->count;
+    opts.has_step = step->is_chosen;
+    opts.step = step->number;
     if (cli_get(session, CLI_MESHES)->given)
         opts.meshes = (uint32_t)cli_get(session, CLI_MESHES)->count;
-    return tl_cut_check(session->ctx, store, input->mesh, &opts, cuts);
+    return tl_cut_check(session->ctx, store, mesh, &opts, cuts);
+}
+
+/* Adds what was found at one step. Takes it over. */
+static void add_findings(const cli_session *session, const tl_store_head *head,
+                         const cli_model_step *step, tl_cut_check_result *from,
+                         tl_cut_check_result *to)
+{
+    if (!to->channels) {
+        *to = *from;
+        return;
+    }
+    to->cuts_tried += from->cuts_tried;
+    to->meshes_made += from->meshes_made;
+    for (size_t c = 0; c < to->channel_count; c++)
+        if (cli_in_step(&head->channels[c], step)) to->channels[c] = from->channels[c];
+    to->boundary_looseness = fmax(to->boundary_looseness, from->boundary_looseness);
+    to->outside = fmax(to->outside, from->outside);
+    to->volume_off = fmax(to->volume_off, from->volume_off);
+    if (from->boundary_measured * to->boundary_promised >
+        to->boundary_measured * from->boundary_promised) {
+        to->boundary_promised = from->boundary_promised;
+        to->boundary_measured = from->boundary_measured;
+    }
+    tl_cut_check_release(session->ctx, from);
+}
+
+/* The data set at a step of the model, which is there under the same number, unless it has one step
+ * alone and that one is asked for. */
+static int prove_step(cli_session *session, tl_store *store, const cli_model_step *step,
+                      size_t step_count, findings *f, tl_status *st)
+{
+    const char *against = cli_get(session, CLI_AGAINST)->text;
+    tl_cut_check_result found = {0};
+    tl_read_opts opts;
+    cli_input input;
+    int failed = cli_read_opts(session, against, &opts);
+    if (failed) return failed;
+    if (step->is_chosen) opts.step = step_count == 1 ? 0 : step->number;
+    failed = cli_open_with(session, session->ctx, against, &opts, &input);
+    if (!failed) failed = cli_check_volume(&input);
+    if (failed) return failed;
+    *st = try_cuts(session, store, input.mesh, step, &found);
+    if (!*st) add_findings(session, tl_store_get_head(store), step, &found, &f->cuts);
+    if (*st && step->is_chosen) {
+        cli_progress_clear(&session->progress);
+        fprintf(stderr, "tetralod: at step %u:\n", step->number);
+    }
+    cli_close(&input);
+    return CLI_DONE;
+}
+
+/* Every step of the model, or the one that --step or --time say. */
+static int prove_against(cli_session *session, tl_store *store, findings *f, tl_status *st)
+{
+    const tl_store_head *head = tl_store_get_head(store);
+    cli_value *number = &session->args.values[CLI_STEP], *time = &session->args.values[CLI_TIME];
+    cli_model_step step = {0};
+    tl_steps steps = {0};
+    bool is_series = cli_next_step(head, &step), one = number->given || time->given;
+    if (!is_series) return prove_step(session, store, &step, 0, f, st);
+    int failed = one ? cli_choose_step(session, head, &step) : CLI_DONE;
+    number->given = time->given = false; /* from here on it is chosen one by one */
+    if (failed) return failed;
+    *st = tl_read_steps(session->ctx, cli_get(session, CLI_AGAINST)->text, NULL, &steps);
+    if (*st) return CLI_DONE;
+    size_t count = one ? steps.count : steps.count > 1 ? steps.count : 0;
+    tl_steps_release(session->ctx, &steps);
+    do failed = prove_step(session, store, &step, count, f, st);
+    while (!failed && !*st && !one && cli_next_step(head, &step));
+    return failed;
 }
 
 static int run(cli_session *session)
@@ -107,28 +188,25 @@ static int run(cli_session *session)
     const bool fast = cli_get(session, CLI_FAST)->given, json = cli_get(session, CLI_JSON)->given;
     tl_store *store = NULL;
     findings f = {0};
-    cli_input input = {0};
+    const cli_model_step any = {0};
+    int failed = CLI_DONE;
     if (fast && against)
         return cli_misuse(session->args.verb, "--fast and --against are both given; say one");
-    if (against) {
-        int failed = cli_open_volume(session, session->ctx, against, &input);
-        if (failed) return failed;
-    }
     double start = cli_now();
     tl_status st = tl_store_open(session->ctx, path, &store);
     if (!st) st = tl_store_check(session->ctx, store, fast ? TL_CHECK_FAST : TL_CHECK_FULL);
-    if (!st && !fast) st = try_cuts(session, store, &input, &f.cuts);
+    if (!st && !fast && !against) st = try_cuts(session, store, NULL, &any, &f.cuts);
+    if (!st && against) failed = prove_against(session, store, &f, &st);
     f.seconds = cli_now() - start;
     f.message = st ? tl_ctx_message(session->ctx) : NULL;
     cli_progress_clear(&session->progress);
-    if (json)
+    if (json && !failed)
         print_json(session, path, store, &f);
-    else if (!st && cli_loud(session))
+    else if (!st && !failed && cli_loud(session))
         print_text(session, path, store, &f);
-    int exit_status = st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+    int exit_status = st ? cli_fail(session, session->ctx, st) : failed;
     tl_cut_check_release(session->ctx, &f.cuts);
     tl_store_close(store);
-    if (against) cli_close(&input);
     return exit_status;
 }
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli_camera.h"
+#include "cli_model.h"
 #include "cli_visible.h"
 
 static const cli_option WANTED[] = {
@@ -25,6 +26,10 @@ static const cli_option WANTED[] = {
     {CLI_FULL, 0, "full", CLI_TYPE_FLAG, NULL, NULL, 0, 0, "the finest mesh, as --level 0"},
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A,B", NULL, 0, 0,
      "write these channels only; the others are not read"},
+    {CLI_STEP, 0, "step", CLI_TYPE_TEXT, "N|last", NULL, 0, 0,
+     "the time step, where the model has several; the first if not said. Bounds are for its "
+     "channels"},
+    {CLI_TIME, 0, "time", CLI_TYPE_REAL, "T", NULL, 0, 0, "the step nearest to this time"},
 };
 static const cli_option PLACES[] = {
     {CLI_BOX, 0, "box", CLI_TYPE_TEXT, "X0,Y0,Z0,X1,Y1,Z1", NULL, 0, 0,
@@ -66,7 +71,7 @@ typedef struct request {
     float *opacity; /* [channel_count][TL_BINS] or NULL */
     size_t *channels;
     size_t channel_count;
-    bool all_channels;
+    cli_model_step step;
 } request;
 
 static int check_words(const cli_session *session)
@@ -101,7 +106,8 @@ static int unknown_channel(const cli_session *session, const request *r, const c
     cli_misuse(session->args.verb, "the model has no channel '%s'", name);
     fputs("  channels:", stderr);
     for (size_t c = 0; c < r->head->channel_count; c++)
-        fprintf(stderr, " '%s'", cli_name(r->head->channels[c].name).s);
+        if (cli_in_step(&r->head->channels[c], &r->step))
+            fprintf(stderr, " '%s'", cli_name(r->head->channels[c].name).s);
     fputs(r->head->channel_count ? "\n" : " none\n", stderr);
     return CLI_WRONG_USE;
 }
@@ -123,6 +129,7 @@ static int set_bounds(const cli_session *session, const request *r, cli_id id, d
             if ((*name != '\0') != named) continue;
             for (size_t c = 0; c < r->head->channel_count; c++) {
                 const tl_store_channel *channel = &r->head->channels[c];
+                if (!cli_in_step(channel, &r->step)) continue;
                 if (named && strcmp(channel->name, name) != 0) continue;
                 double range = channel->range[1] - channel->range[0];
                 bounds[c] = percent ? value * range : value;
@@ -153,7 +160,9 @@ static int add_channels(const cli_session *session, request *r, const char *list
             if (strcmp(r->head->channels[c].name, list) == 0) length = strlen(list);
         snprintf(name, sizeof name, "%.*s", (int)length, list);
         for (size_t c = r->head->channel_count; c-- > 0;)
-            if (strcmp(r->head->channels[c].name, name) == 0) found = c;
+            if (cli_in_step(&r->head->channels[c], &r->step) &&
+                strcmp(r->head->channels[c].name, name) == 0)
+                found = c;
         if (found == SIZE_MAX) return unknown_channel(session, r, name);
         for (size_t i = 0; i < r->channel_count; i++)
             if (r->channels[i] == found) found = SIZE_MAX;
@@ -179,10 +188,12 @@ static int fill_request(cli_session *session, request *r)
     r->outside = tl_mem_alloc(session->ctx, count, sizeof *r->outside, &st);
     r->channels = tl_mem_alloc(session->ctx, count, sizeof *r->channels, &st);
     if (st) return cli_fail(session, session->ctx, st);
-    failed = set_bounds(session, r, CLI_ERROR, r->inside);
+    failed = cli_choose_step(session, r->head, &r->step);
+    if (!failed) failed = set_bounds(session, r, CLI_ERROR, r->inside);
     if (!failed) failed = set_bounds(session, r, CLI_OUTSIDE_ERROR, r->outside);
     if (!failed) failed = set_box(session, r);
-    r->all_channels = !lists->given;
+    for (size_t c = 0; !lists->given && c < count; c++)
+        if (cli_in_step(&r->head->channels[c], &r->step)) r->channels[r->channel_count++] = c;
     for (size_t i = 0; !failed && i < lists->item_count; i++)
         failed = add_channels(session, r, lists->items[i]);
     if (!failed && cli_get(session, CLI_VIEW)->given) {
@@ -223,8 +234,13 @@ static void print_json(const cli_session *session, const request *r, const tl_cu
     cli_json_count(object, "tets", o->state.tets);
     cli_json_count(object, "vertices", o->vertices);
     cli_json_count(object, "patches", o->state.patches);
+    if (r->step.is_chosen) {
+        cli_json_count(object, "step", r->step.number);
+        cli_json_real(object, "time", r->step.time);
+    }
     json_t *list = cli_json_list(object, "bounds_promised");
     for (size_t c = 0; c < r->head->channel_count; c++) {
+        if (!cli_in_step(&r->head->channels[c], &r->step)) continue;
         json_t *item = cli_json_item(list);
         cli_json_text(item, "channel", r->head->channels[c].name);
         cli_json_real(item, "error", tl_cut_channel_error(cut, c));
@@ -252,18 +268,22 @@ static tl_status print_text(const cli_session *session, const request *r, const 
     if (!o->state.bounds_kept)
         printf("            what was asked for is NOT kept: this is what the model, or the budget, "
                "allows\n");
-    size_t count = r->head->channel_count;
+    size_t count = 0, row = 0;
+    for (size_t c = 0; c < r->head->channel_count; c++)
+        count += cli_in_step(&r->head->channels[c], &r->step);
+    if (r->step.is_chosen)
+        printf("step        %u, time %s\n", r->step.number, cli_real(r->step.time).s);
     tl_status st = count ? cli_table_create(session->ctx, count + 1, 4, &table) : TL_OK;
     if (count && !st) {
         cli_table_head(&table, "channel|error at most|of range|range");
-        for (size_t c = 0; c < count; c++) {
+        for (size_t c = 0; c < r->head->channel_count; c++) {
             const tl_store_channel *channel = &r->head->channels[c];
             double error = tl_cut_channel_error(cut, c);
-            cli_table_set(&table, c + 1, 0, cli_name(channel->name));
-            cli_table_set(&table, c + 1, 1, cli_real(error));
-            cli_table_set(&table, c + 1, 2,
-                          cli_share(error, channel->range[1] - channel->range[0]));
-            cli_table_set(&table, c + 1, 3, cli_range(channel->range));
+            if (!cli_in_step(channel, &r->step)) continue;
+            cli_table_set(&table, ++row, 0, cli_name(channel->name));
+            cli_table_set(&table, row, 1, cli_real(error));
+            cli_table_set(&table, row, 2, cli_share(error, channel->range[1] - channel->range[0]));
+            cli_table_set(&table, row, 3, cli_range(channel->range));
         }
         putchar('\n');
         cli_table_print(&table, 0);
@@ -292,7 +312,8 @@ static int extract(cli_session *session, request *r)
     double start = cli_now();
     tl_status st = tl_cut_create(session->ctx, r->store, &cut);
     if (!st) st = tl_cut_update(cut, &r->query);
-    if (!st) st = tl_cut_mesh(cut, r->all_channels ? NULL : r->channels, r->channel_count, &mesh);
+    if (!st) st = tl_cut_mesh(cut, r->channels, r->channel_count, &mesh);
+    if (!st) tl_mesh_set_time(mesh, r->step.is_chosen ? r->step.time : r->head->time);
     o.seconds = cli_now() - start;
     int exit_status = st ? cli_fail(session, session->ctx, st)
                          : cli_save(session, session->ctx, mesh, cli_get(session, CLI_OUTPUT)->text,

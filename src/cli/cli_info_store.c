@@ -2,9 +2,12 @@
 #include "cli_model.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Regions that are listed one by one in text. */
 #define REGIONS_PRINTED 16
+/* Steps that are; of more the first and the last ones. */
+#define STEPS_PRINTED 8
 
 /* Tets of all levels together. */
 static uint64_t stored_tets(const tl_store_head *head)
@@ -53,6 +56,17 @@ static void json_channels(json_t *object, const tl_store_head *head)
         cli_json_real(item, "codec_error", channel->codec_error);
         cli_json_real(item, "time", channel->time);
         cli_json_count(item, "bytes", channel->bytes);
+    }
+}
+
+static void json_steps(json_t *object, const tl_store_head *head)
+{
+    cli_model_step step = {0};
+    json_t *list = cli_json_list(object, "steps");
+    while (cli_next_step(head, &step)) {
+        json_t *item = cli_json_item(list);
+        cli_json_count(item, "step", step.number);
+        cli_json_real(item, "time", step.time);
     }
 }
 
@@ -133,6 +147,7 @@ static void print_json(const cli_session *session, const char *path, const tl_st
     json_cells(object, head);
     cli_json_stats(object, &head->stats);
     cli_json_real(object, "time", head->time);
+    json_steps(object, head);
     json_channels(object, head);
     json_regions(object, head);
     cli_json_count(object, "tets_stored", stored_tets(head));
@@ -190,25 +205,77 @@ static void print_sizes(const tl_store_head *head)
            cli_share(head->border_share, 1).s);
 }
 
+static void print_steps(const tl_store_head *head)
+{
+    cli_model_step step = {0};
+    uint32_t count = 0;
+    while (cli_next_step(head, &step)) count++;
+    if (!count) return;
+    step = (cli_model_step){0};
+    printf("steps       %s:", cli_count(count).s);
+    for (uint32_t i = 0; cli_next_step(head, &step); i++) {
+        if (count > STEPS_PRINTED && i == STEPS_PRINTED / 2) fputs(" ...", stdout);
+        if (count > STEPS_PRINTED && i >= STEPS_PRINTED / 2 && i + STEPS_PRINTED / 2 < count)
+            continue;
+        printf(" %u", step.number);
+        if (isfinite(step.time)) printf(" (time %s)", cli_real(step.time).s);
+    }
+    puts("");
+}
+
+/* Whether a channel is the same field as another one, at any step. */
+static bool is_same_field(const tl_store_channel *a, const tl_store_channel *b)
+{
+    return a->on == b->on && a->has_step == b->has_step && a->components == b->components &&
+           strcmp(a->name, b->name) == 0;
+}
+
+/* The channel with all its steps, if it is the first of them; *steps 0: a later one. */
+static tl_store_channel sum_steps(const tl_store_head *head, uint32_t c, uint32_t *steps)
+{
+    tl_store_channel sum = head->channels[c];
+    *steps = 1;
+    for (uint32_t i = 0; i < head->channel_count; i++) {
+        const tl_store_channel *other = &head->channels[i];
+        if (i == c || !sum.has_step || !is_same_field(other, &sum)) continue;
+        if (i < c) *steps = 0;
+        if (!*steps) break;
+        ++*steps;
+        sum.range[0] = fmin(sum.range[0], other->range[0]);
+        sum.range[1] = fmax(sum.range[1], other->range[1]);
+        sum.codec_error = fmax(sum.codec_error, other->codec_error);
+        sum.bytes += other->bytes;
+    }
+    return sum;
+}
+
+/* A line a field: its steps together. */
 static tl_status print_channels(tl_ctx *ctx, const tl_store_head *head)
 {
     cli_table table;
-    if (!head->channel_count) {
+    uint32_t steps, count = 0, row = 0;
+    for (uint32_t c = 0; c < head->channel_count; c++) {
+        sum_steps(head, c, &steps);
+        count += steps > 0;
+    }
+    if (!count) {
         puts("channels    none");
         return TL_OK;
     }
-    tl_status st = cli_table_create(ctx, head->channel_count + 1, 7, &table);
+    tl_status st = cli_table_create(ctx, count + 1, 8, &table);
     if (st) return st;
-    cli_table_head(&table, "channel|on|components|range|codec error|bytes|unit");
+    cli_table_head(&table, "channel|on|components|steps|range|codec error|bytes|unit");
     for (uint32_t c = 0; c < head->channel_count; c++) {
-        const tl_store_channel *channel = &head->channels[c];
-        cli_table_set(&table, c + 1, 0, cli_name(channel->name));
-        cli_table_set(&table, c + 1, 1, cli_name(channel->on == TL_ON_VERTEX ? "vertex" : "tet"));
-        cli_table_set(&table, c + 1, 2, cli_count(channel->components));
-        cli_table_set(&table, c + 1, 3, cli_range(channel->range));
-        cli_table_set(&table, c + 1, 4, cli_real(channel->codec_error));
-        cli_table_set(&table, c + 1, 5, cli_bytes((double)channel->bytes));
-        cli_table_set(&table, c + 1, 6, cli_name(channel->unit));
+        const tl_store_channel channel = sum_steps(head, c, &steps);
+        if (!steps) continue;
+        cli_table_set(&table, ++row, 0, cli_name(channel.name));
+        cli_table_set(&table, row, 1, cli_name(channel.on == TL_ON_VERTEX ? "vertex" : "tet"));
+        cli_table_set(&table, row, 2, cli_count(channel.components));
+        cli_table_set(&table, row, 3, channel.has_step ? cli_count(steps) : cli_name("-"));
+        cli_table_set(&table, row, 4, cli_range(channel.range));
+        cli_table_set(&table, row, 5, cli_real(channel.codec_error));
+        cli_table_set(&table, row, 6, cli_bytes((double)channel.bytes));
+        cli_table_set(&table, row, 7, cli_name(channel.unit));
     }
     putchar('\n');
     cli_table_print(&table, 0);
@@ -279,6 +346,7 @@ static tl_status print_text(cli_session *session, const char *path, const tl_sto
     cli_print_shape(&head->stats, head->time, head->input_tets);
     print_regions(head);
     print_sizes(head);
+    print_steps(head);
     tl_status st = print_channels(session->ctx, head);
     if (!st) st = print_levels(session->ctx, head, graph);
     if (!st && graph) print_locality(graph);

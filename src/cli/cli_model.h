@@ -17,6 +17,19 @@ typedef struct cli_steps {
 int cli_steps_choose(cli_session *session, const tl_read_opts *read, cli_steps *steps);
 void cli_steps_release(cli_session *session, cli_steps *steps);
 
+/* A time step of a model. */
+typedef struct cli_model_step {
+    bool is_chosen; /* false: the model has none */
+    uint32_t number;
+    double time; /* NaN: none */
+} cli_model_step;
+/* From one that is not chosen to the first, from a step to the next; false behind the last. */
+bool cli_next_step(const tl_store_head *head, cli_model_step *step);
+/* The step that --step and --time ask for; the first if they say nothing. Returns an exit status. */
+int cli_choose_step(const cli_session *session, const tl_store_head *head, cli_model_step *chosen);
+/* Whether a channel is there at that step: it is of it, or of none. */
+bool cli_in_step(const tl_store_channel *channel, const cli_model_step *step);
+
 /* What 'info' says of a model. Returns an exit status. */
 int cli_info_store(cli_session *session, const char *path);
 

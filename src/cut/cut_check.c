@@ -310,7 +310,7 @@ static tl_status prove_mesh(tli_prover *p, uint64_t seed, size_t i, double *boun
     tl_mesh *mesh = NULL;
     const bool uniform = i % KINDS == KIND_LEVEL;
     tl_status st = move_cut(p->cut, p->head, seed, i, bounds);
-    if (!st) st = tl_cut_mesh(p->cut, NULL, 0, &mesh);
+    if (!st) st = tl_cut_mesh(p->cut, p->channels, p->channel_count, &mesh);
     if (!st) st = prove_shape(p, mesh, largest_share(p->cut, p->head));
     if (!st && p->original) st = tli_prove_promises(p, mesh, uniform);
     if (!st && p->original && p->finest.nonfinite_verts == 0)
@@ -327,7 +327,7 @@ static tl_status measure_finest(tli_prover *p)
     tl_mesh *mesh = NULL;
     query.level = 0;
     tl_status st = tl_cut_update(p->cut, &query);
-    if (!st) st = tl_cut_mesh(p->cut, NULL, 0, &mesh);
+    if (!st) st = tl_cut_mesh(p->cut, p->channels, p->channel_count, &mesh);
     if (!st) st = tl_mesh_measure(p->ctx, mesh, &p->finest);
     if (!st && p->original && tl_mesh_tet_count(p->original) != tl_mesh_tet_count(mesh))
         st = tl_fail(p->ctx, TL_ERR_DATA,
@@ -357,6 +357,18 @@ static tl_status prove_meshes(tli_prover *p, const tl_cut_check_opts *o)
     return st;
 }
 
+static tl_status list_channels(tli_prover *p, const tl_cut_check_opts *o)
+{
+    tl_status st = TL_OK;
+    p->channels = tl_mem_alloc(p->ctx, p->head->channel_count, sizeof *p->channels, &st);
+    for (size_t c = 0; !st && c < p->head->channel_count; c++) {
+        const tl_store_channel *channel = &p->head->channels[c];
+        if (!o->has_step || !channel->has_step || channel->step == o->step)
+            p->channels[p->channel_count++] = c;
+    }
+    return st;
+}
+
 tl_status tl_cut_check(tl_ctx *ctx, tl_store *store, const tl_mesh *original,
                        const tl_cut_check_opts *opts, tl_cut_check_result *result)
 {
@@ -376,8 +388,10 @@ tl_status tl_cut_check(tl_ctx *ctx, tl_store *store, const tl_mesh *original,
         r.channel_count = p.head->channel_count;
         for (size_t c = 0; c < r.channel_count; c++) r.channels[c].name = p.head->channels[c].name;
     }
+    if (!st) st = list_channels(&p, &o);
     if (!st && o.cuts) st = prove_borders(&p, &o);
     if (!st) st = prove_meshes(&p, &o);
+    tl_mem_free(ctx, p.channels);
     if (st)
         tl_cut_check_release(ctx, &r);
     else

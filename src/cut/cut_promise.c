@@ -117,8 +117,8 @@ tl_status tli_prove_promises(tli_prover *p, const tl_mesh *mesh, bool uniform)
                          at.outside[v], mesh->tet_count, reach);
         r->outside = fmax(r->outside, at.outside[v]);
     }
-    for (size_t c = 0; !st && c < p->head->channel_count; c++)
-        st = prove_channel(p, mesh, locator, &at, c, reach + slack, uniform);
+    for (size_t c = 0; !st && c < p->channel_count; c++)
+        st = prove_channel(p, mesh, locator, &at, p->channels[c], reach + slack, uniform);
     tl_locator_destroy(locator);
     void *blocks[] = {at.tets, at.weights, at.outside, at.errors};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(p->ctx, blocks[i]);

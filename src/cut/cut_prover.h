@@ -12,6 +12,8 @@ typedef struct tli_prover {
     const tl_mesh *original; /* NULL: only the shape is proved */
     tl_cut *cut;
     tl_mesh_stats finest;
+    size_t *channels; /* [channel_count] that are measured */
+    size_t channel_count;
     tl_cut_check_result *result;
 } tli_prover;
 
