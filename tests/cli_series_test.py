@@ -244,8 +244,9 @@ class Series(unittest.TestCase):
     def test_steer(self):
         """The steps that steer decide what goes: the errors of those are smaller, those of others larger."""
         both, first = "both.tlod", "first.tlod"
-        self.build(both, self.pvd, "--steps", "0,3", "--channels", "heat")
-        self.build(first, self.pvd, "--steps", "0,3", "--channels", "heat", "--steer", "0")
+        words = ("--steps", "0,3", "--channels", "heat", "--patch-tets", "500")
+        self.build(both, self.pvd, *words)
+        self.build(first, self.pvd, *words, "--steer", "0")
         errors = {name: [e["error"] for e in self.info(name)["levels"][2]["error"]] for name in (both, first)}
         self.assertLess(errors[first][0], errors[both][0])
         self.assertGreater(errors[first][1], errors[both][1])
