@@ -2,6 +2,9 @@
  * patches loaded by several threads under a limit. */
 #include "check.h"
 
+#include <pthread.h>
+#include <time.h>
+
 #include "base/base.h"
 #include "codec/codec.h"
 #include "store/store.h"
@@ -299,6 +302,83 @@ static void test_residency(void **state)
     remove(MODEL_PATH);
 }
 
+typedef struct server {
+    tl_ctx *ctx;
+    tl_residency *residency;
+    tl_status status;
+} server;
+
+static void *serve(void *arg)
+{
+    server *s = arg;
+    s->status = tl_residency_serve(s->ctx, s->residency);
+    return NULL;
+}
+
+/* Polls until a patch is there; a minute is more than any machine takes. */
+static bool comes(tl_residency *r, uint32_t patch)
+{
+    for (int i = 0; i < 60000; i++) {
+        if (tl_residency_has(r, patch)) return true;
+        const struct timespec pause = {0, 1000000};
+        nanosleep(&pause, NULL);
+    }
+    return false;
+}
+
+/* Threads that serve load what is wanted, what can't be read left out, until they are stopped. */
+static void test_serving(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = NULL;
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    tl_store *store = NULL;
+    pieces p;
+    pthread_t thread;
+    server s = {0};
+    uint64_t seed = 3;
+    opts.thread_count = 3;
+    CHECK_STATUS(tl_ctx_create(NULL, &ctx), TL_OK);
+    CHECK_STATUS(tl_ctx_create(&opts, &s.ctx), TL_OK);
+    make_pieces(ctx, &p);
+    write_model(ctx, &p);
+    for (int damaged = 0; damaged < 2; damaged++) {
+        tl_patch_info info;
+        CHECK_OK(ctx, tl_store_open(ctx, MODEL_PATH, &store));
+        CHECK_OK(ctx, tl_store_patch(ctx, store, 4, &info));
+        if (damaged) {
+            FILE *file = fopen(MODEL_PATH, "r+b");
+            CHECK(file && !fseek(file, (long)info.topology_ofs + 5, SEEK_SET));
+            CHECK(fputc(0xee, file) == 0xee && !fclose(file));
+        }
+        CHECK_OK(ctx, tl_residency_create(ctx, store, 1 << 20, NULL, 0, &s.residency));
+        CHECK_EQ(pthread_create(&thread, NULL, serve, &s), 0);
+        for (int round = 0; round < 20; round++) {
+            uint32_t wanted[4];
+            for (uint32_t k = 0; k < 4; k++)
+                wanted[k] = (uint32_t)(make_random(&seed) % 2) + 2 * k; /* 0 to 7 */
+            CHECK_OK(ctx, tl_residency_want(ctx, s.residency, wanted, 4));
+            for (int k = 0; k < 4; k++)
+                if (!damaged || wanted[k] != 4) CHECK(comes(s.residency, wanted[k]));
+            const tl_resident *r = tl_residency_get(s.residency, wanted[0]);
+            CHECK(r && r->values[OWNER][0] == wanted[0]);
+            tl_residency_release(s.residency, r);
+        }
+        tl_residency_stop(s.residency);
+        CHECK_EQ(pthread_join(thread, NULL), 0);
+        CHECK_STATUS(s.status, damaged ? TL_ERR_FORMAT : TL_OK);
+        if (damaged) CHECK(strstr(tl_ctx_message(s.ctx), "while loading patch 4"));
+        CHECK(!damaged || !tl_residency_has(s.residency, 4));
+        tl_residency_destroy(s.residency);
+        tl_store_close(store);
+    }
+    drop_pieces(ctx, &p);
+    CHECK_EQ(tl_ctx_current_bytes(s.ctx), 0);
+    tl_ctx_destroy(s.ctx);
+    tl_ctx_destroy(ctx);
+    remove(MODEL_PATH);
+}
+
 static tl_status open_and_weld(tl_ctx *ctx, void *arg)
 {
     (void)arg;
@@ -337,9 +417,8 @@ static void test_failing_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_welded),
-        cmocka_unit_test(test_gradients_agree),
-        cmocka_unit_test(test_residency),
+        cmocka_unit_test(test_welded),         cmocka_unit_test(test_gradients_agree),
+        cmocka_unit_test(test_residency),      cmocka_unit_test(test_serving),
         cmocka_unit_test(test_failing_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -32,6 +32,35 @@ static void check_neighbours(const pieces *p, const tl_seams *seams, const bool 
     }
 }
 
+/* Vertices have one number in all patches that are there, and no two of them the same. */
+static void check_verts(const pieces *p, const tl_seams *seams, const bool there[PIECES])
+{
+    size_t pairs = 0, patches = 0;
+    uint32_t end = 0, other_end = 0;
+    for (uint32_t i = 0; i < PIECES; i++) {
+        const tl_patch *a = &p->list[i].patch;
+        const uint32_t *own = tl_seams_verts(seams, number_of(i), &end);
+        CHECK_EQ(own != NULL, there[i]);
+        patches += there[i];
+        for (uint32_t v = 0; own && v < a->vert_count; v++) {
+            CHECK_EQ(own[v] != TL_NONE, a->shared[v]);
+            CHECK(own[v] == TL_NONE || own[v] < end);
+        }
+        for (uint32_t j = 0; own && j < i; j++) {
+            const tl_patch *b = &p->list[j].patch;
+            const uint32_t *others = tl_seams_verts(seams, number_of(j), &other_end);
+            for (uint32_t v = 0; others && v < a->vert_count; v++)
+                for (uint32_t w = 0; a->shared[v] && w < b->vert_count; w++) {
+                    if (!b->shared[w]) continue;
+                    bool same = !memcmp(a->places[v], b->places[w], sizeof a->places[v]);
+                    CHECK_EQ(same, own[v] == others[w]);
+                    pairs += same;
+                }
+        }
+    }
+    CHECK(pairs > 0 || patches < PIECES);
+}
+
 static void test_neighbours(void **state)
 {
     (void)state;
@@ -51,6 +80,7 @@ static void test_neighbours(void **state)
             CHECK_OK(ctx, tl_seams_add(seams, number_of(i), &p.list[i].patch));
         there[i] = !there[i];
         check_neighbours(&p, seams, there);
+        if (round % 4 == 0) check_verts(&p, seams, there);
     }
     CHECK_STATUS(tl_seams_remove(seams, 1), TL_ERR_ARG);
     tl_seams_destroy(seams);
@@ -77,6 +107,7 @@ static void test_exchange(void **state)
     CHECK_STATUS(tl_seams_add(seams, 5, &p.list[4].patch), TL_ERR_ARG);
     CHECK_OK(ctx, tl_seams_remove(seams, 5));
     check_neighbours(&p, seams, there);
+    check_verts(&p, seams, there);
     tl_seams_destroy(seams);
     drop_pieces(ctx, &p);
     tl_ctx_destroy(ctx);

@@ -404,6 +404,64 @@ static void test_only_what_is_resident(void **state)
     close_model(&f);
 }
 
+/* What is foreseen is what would come, resident or not, and nothing moves. */
+static void test_looking_ahead(void **state)
+{
+    (void)state;
+    fixture f;
+    tl_cut *cut = NULL, *other = NULL;
+    size_t foreseen_count = 0, hidden = 0;
+    open_model(&f, 400, 6);
+    CHECK_OK(f.ctx, tl_cut_create(f.ctx, f.store, &cut));
+    CHECK_OK(f.ctx, tl_cut_create(f.ctx, f.store, &other));
+    uint8_t *now = malloc(f.head->patch_count), *then = malloc(f.head->patch_count);
+    if (!now || !then) abort();
+    for (int i = 0; i < 60; i++) {
+        residency r = {.f = &f, .share = i % 3 ? 0.5 : 0};
+        double bounds[4], box[6], bounds_then[4], box_then[6];
+        tl_camera camera, camera_then;
+        const uint32_t *foreseen = NULL;
+        size_t count;
+        tl_cut_query query = any_query(&f, bounds, box, &camera);
+        tl_cut_query ahead = any_query(&f, bounds_then, box_then, &camera_then);
+        CHECK_OK(f.ctx, tl_cut_update(other, &ahead));
+        check_is_cut(&f, other);
+        memcpy(then, f.drawn, f.head->patch_count);
+        tl_cut_set_resident(cut, NULL, NULL);
+        CHECK_OK(f.ctx, tl_cut_update(cut, &query));
+        check_is_cut(&f, cut);
+        memcpy(now, f.drawn, f.head->patch_count);
+        tl_cut_set_resident(cut, is_there, &r);
+        const tl_cut_state was = tl_cut_get_state(cut);
+        CHECK_OK(f.ctx, tl_cut_foresee(cut, &ahead, &foreseen, &count));
+        CHECK_EQ(tl_cut_get_state(cut).tets, was.tets);
+        check_is_cut(&f, cut);
+        CHECK(!memcmp(now, f.drawn, f.head->patch_count));
+        size_t at = 0;
+        for (uint32_t p = 0; p < f.head->patch_count; p++) {
+            if (!then[p] || now[p] || patch_of(&f, p).consumer == TL_NONE) continue;
+            if (is_there(&r, p)) {
+                hidden++;
+                continue;
+            }
+            CHECK(at < count);
+            CHECK_EQ(foreseen[at++], p);
+        }
+        CHECK_EQ(at, count);
+        foreseen_count += count;
+        tl_cut_set_resident(cut, NULL, NULL); /* and the next update is not led astray */
+        CHECK_OK(f.ctx, tl_cut_update(cut, &query));
+        check_is_cut(&f, cut);
+        CHECK(!memcmp(now, f.drawn, f.head->patch_count));
+    }
+    CHECK(foreseen_count > 1000 && hidden > 100);
+    free(now);
+    free(then);
+    tl_cut_destroy(other);
+    tl_cut_destroy(cut);
+    close_model(&f);
+}
+
 static void test_bad_queries(void **state)
 {
     (void)state;
@@ -440,7 +498,7 @@ int main(void)
         cmocka_unit_test(test_rule_of_selection),     cmocka_unit_test(test_no_memory_of_before),
         cmocka_unit_test(test_budgets_are_kept),      cmocka_unit_test(test_levels),
         cmocka_unit_test(test_only_what_is_resident), cmocka_unit_test(test_bad_queries),
-        cmocka_unit_test(test_visible_values),
+        cmocka_unit_test(test_visible_values),        cmocka_unit_test(test_looking_ahead),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -102,6 +102,12 @@ TL_API tl_status tl_cut_update(tl_cut *cut, const tl_cut_query *query);
 typedef bool (*tl_cut_resident_fn)(void *user, uint32_t patch);
 TL_API void tl_cut_set_resident(tl_cut *cut, tl_cut_resident_fn resident, void *user);
 
+/* Patches that another query would draw and that are neither drawn now nor resident, those that
+ * serve most first: for loading what is on the camera's way. The cut stays where it is. Gives
+ * *patches [*count], borrowed until the next call that is not a get. Fails as tl_cut_update. */
+TL_API tl_status tl_cut_foresee(tl_cut *cut, const tl_cut_query *query, const uint32_t **patches,
+                                size_t *count);
+
 TL_API tl_cut_state tl_cut_get_state(const tl_cut *cut);
 /* Bound of the error of a channel on vertices or tets at every original vertex, or centroid of an
  * original cell, in its unit; channel < channel count of the store. */
@@ -173,7 +179,8 @@ TL_API void tl_cut_check_release(tl_ctx *ctx, tl_cut_check_result *result);
 
 /* Patches kept decoded under a limit of bytes, the ones used longest ago going first. Several
  * threads may use it at once, each with a context of its own; all contexts handed in must outlive
- * it. Typically one thread draws (has, get, release, want) while others load. */
+ * it. Typically one thread draws (has, get, release, want: what tl_cut_wanted says, then what
+ * tl_cut_foresee says) while another one serves, or several load. */
 typedef struct tl_residency tl_residency;
 
 /* A decoded patch: its topology and the channels that the residency was made for. */
@@ -204,6 +211,13 @@ TL_API tl_status tl_residency_want(tl_ctx *ctx, tl_residency *residency, const u
 /* Loads the most wanted patch that no other thread is loading; *idle tells that there was none.
  * What can't be read is not asked for again until it is wanted anew. */
 TL_API tl_status tl_residency_load(tl_ctx *ctx, tl_residency *residency, bool *idle);
+/* Loads what is wanted, now and later, on all threads of the context's pool, until
+ * tl_residency_stop: for a thread of the caller that does nothing else, with a context that nothing
+ * else uses. Waits where nothing is wanted. What can't be read does not end it; returned is the
+ * first failure of a thread. */
+TL_API tl_status tl_residency_serve(tl_ctx *ctx, tl_residency *residency);
+/* Ends serving for good. Any thread. */
+TL_API void tl_residency_stop(tl_residency *residency);
 /* Bytes that are kept now, and patches. */
 TL_API uint64_t tl_residency_bytes(tl_residency *residency, size_t *patch_count);
 
@@ -237,6 +251,12 @@ TL_API tl_status tl_seams_remove(tl_seams *seams, uint32_t number);
  * it lies on the boundary, on a non-manifold face, or at a patch that is not there. */
 TL_API bool tl_seams_behind(const tl_seams *seams, uint32_t number, uint32_t face,
                             uint32_t *other_number, uint32_t *other_face);
+/* One numbering of vertices over all patches that are there: for each vertex of a patch
+ * [vert_count] a number below *number_end that all patches which share it have, too, as long as one
+ * of them is there; TL_NONE for those of its own. NULL if the patch is not there. Borrowed until it
+ * is removed.
+ */
+TL_API const uint32_t *tl_seams_verts(const tl_seams *seams, uint32_t number, uint32_t *number_end);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,5 @@
-/* Stage base, internal: a lock for what several threads of a caller share. */
+/* Stage base, internal: a lock for what several threads of a caller share, and a bell for those
+ * that wait for a change of it. */
 #ifndef TETRALOD_SRC_BASE_LOCK_H
 #define TETRALOD_SRC_BASE_LOCK_H
 
@@ -15,5 +16,17 @@ tl_status tli_lock_create(tl_ctx *ctx, tli_lock *lock);
 void tli_lock_destroy(tli_lock *lock);
 void tli_lock_take(tli_lock *lock);
 void tli_lock_give(tli_lock *lock);
+
+typedef struct tli_bell {
+    pthread_cond_t condition;
+} tli_bell;
+
+/* TL_ERR_THREAD. */
+tl_status tli_bell_create(tl_ctx *ctx, tli_bell *bell);
+void tli_bell_destroy(tli_bell *bell);
+/* Gives the lock, which is taken, waits and takes it again; may come back without a ring. */
+void tli_bell_wait(tli_bell *bell, tli_lock *lock);
+/* Wakes all that wait. */
+void tli_bell_ring(tli_bell *bell);
 
 #endif

@@ -18,8 +18,8 @@ tl_status tl_cut_create(tl_ctx *ctx, tl_store *store, tl_cut **cut)
     if (!st) st = made;
     made = tli_selection_create(ctx, head, &c->next);
     if (!st) st = made;
-    uint32_t **arrays[] = {&c->places,    &c->seen,        &c->drawn.ids,
-                           &c->added.ids, &c->removed.ids, &c->wanted.ids};
+    uint32_t **arrays[] = {&c->places,      &c->seen,       &c->drawn.ids,   &c->added.ids,
+                           &c->removed.ids, &c->wanted.ids, &c->foreseen.ids};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         *arrays[i] = tl_mem_zalloc(ctx, head->patch_count, sizeof(uint32_t), &st);
     c->channel_errors = tl_mem_zalloc(ctx, head->channel_count, sizeof(double), &st);
@@ -36,8 +36,8 @@ tl_status tl_cut_create(tl_ctx *ctx, tl_store *store, tl_cut **cut)
 void tl_cut_destroy(tl_cut *c)
 {
     if (!c) return;
-    void *blocks[] = {c->places,      c->seen,       c->drawn.ids,     c->added.ids,
-                      c->removed.ids, c->wanted.ids, c->channel_errors};
+    void *blocks[] = {c->places,      c->seen,       c->drawn.ids,    c->added.ids,
+                      c->removed.ids, c->wanted.ids, c->foreseen.ids, c->channel_errors};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(c->ctx, blocks[i]);
     tli_selection_release(c->ctx, &c->next);
     tli_selection_release(c->ctx, &c->now);
@@ -156,13 +156,19 @@ static tl_status sum_up(tl_cut *c)
     return st;
 }
 
-tl_status tl_cut_update(tl_cut *c, const tl_cut_query *query)
+/* Sets c->next to what query asks for, as if all were resident. */
+static tl_status select_segments(tl_cut *c, const tl_cut_query *query)
 {
     tl_status st = tli_asked_set(&c->asked, c->graph.head, query);
     bool budget = query->tets_max != UINT64_MAX || query->bytes_max != UINT64_MAX;
-    if (!st)
-        st = budget ? tli_select_by_budget(&c->next, &c->graph, &c->asked)
-                    : tli_select_by_error(&c->next, &c->graph, &c->asked);
+    if (st) return st;
+    return budget ? tli_select_by_budget(&c->next, &c->graph, &c->asked)
+                  : tli_select_by_error(&c->next, &c->graph, &c->asked);
+}
+
+tl_status tl_cut_update(tl_cut *c, const tl_cut_query *query)
+{
+    tl_status st = select_segments(c, query);
     if (!st) st = tli_cut_trim(c);
     if (!st) st = settle(c);
     if (!st) st = sum_up(c);
@@ -171,6 +177,26 @@ tl_status tl_cut_update(tl_cut *c, const tl_cut_query *query)
     c->now = c->next;
     c->next = before;
     return TL_OK;
+}
+
+tl_status tl_cut_foresee(tl_cut *c, const tl_cut_query *query, const uint32_t **patches,
+                         size_t *count)
+{
+    tl_status st = select_segments(c, query);
+    c->foreseen.count = 0;
+    for (size_t i = 0; !st && i < c->next.list.count; i++) {
+        const tli_node *node = &c->graph.nodes[c->next.list.ids[i]];
+        for (uint32_t p = node->first_patch; p < node->first_patch + node->patch_count; p++) {
+            bool drawn = !tli_is_refined(&c->next, c->graph.arcs[p].producer);
+            if (!drawn || c->places[p] != TL_NONE) continue;
+            if (c->resident && c->resident(c->resident_user, p)) continue;
+            c->foreseen.ids[c->foreseen.count++] = p;
+        }
+    }
+    tli_ids_sort(c->foreseen.ids, c->foreseen.count);
+    *patches = c->foreseen.ids;
+    *count = c->foreseen.count;
+    return st ? tl_note(c->ctx, st, "while looking ahead of the cut") : TL_OK;
 }
 
 tl_cut_state tl_cut_get_state(const tl_cut *cut)

@@ -12,8 +12,8 @@ struct tl_cut {
     uint32_t *places;        /* [patch count] index in drawn, TL_NONE when not drawn */
     uint32_t *seen;          /* [patch count] stamp: looked at in this update */
     uint32_t stamp;
-    tli_ids drawn, added, removed, wanted; /* patches, room for all */
-    size_t leaves;                         /* drawn patches without producer */
+    tli_ids drawn, added, removed, wanted, foreseen; /* patches, room for all */
+    size_t leaves;                                   /* drawn patches without producer */
     tl_cut_state state;
     double *channel_errors; /* [channel count] */
     tl_cut_resident_fn resident;

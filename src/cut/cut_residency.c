@@ -1,5 +1,6 @@
 /* Decoded patches under a limit. One lock guards a small amount of bookkeeping; reading and
- * decoding happen outside of it. Entries are chained from the most to the least recently used. */
+ * decoding happen outside of it; a bell wakes those that serve. Entries are chained from the most
+ * to the least recently used. */
 #include <string.h>
 
 #include "base/base_lock.h"
@@ -24,6 +25,8 @@ struct tl_residency {
     size_t channel_count;
     uint64_t bytes, bytes_max;
     tli_lock lock;
+    tli_bell bell;   /* rings when something is wanted, or serving ends */
+    bool is_over;    /* serving */
     entry **entries; /* [patch count] or NULL */
     uint8_t *flags;  /* [patch count] flag, of patches that are not there */
     entry *newest, *oldest;
@@ -53,6 +56,10 @@ tl_status tl_residency_create(tl_ctx *ctx, tl_store *store, uint64_t bytes_max,
     r->wanted = tl_mem_alloc(ctx, head->patch_count, sizeof *r->wanted, &st);
     for (size_t i = 0; !st && i < channel_count; i++) r->channels[i] = channels ? channels[i] : i;
     if (!st) st = tli_lock_create(ctx, &r->lock);
+    if (!st) {
+        st = tli_bell_create(ctx, &r->bell);
+        if (st) tli_lock_destroy(&r->lock);
+    }
     if (!st) {
         *residency = r;
         return TL_OK;
@@ -85,6 +92,7 @@ void tl_residency_destroy(tl_residency *r)
         r->oldest = e->newer;
         drop_entry(r->channel_count, e);
     }
+    tli_bell_destroy(&r->bell);
     tli_lock_destroy(&r->lock);
     tl_mem_free(r->ctx, r->wanted);
     tl_mem_free(r->ctx, r->flags);
@@ -199,16 +207,23 @@ tl_status tl_residency_want(tl_ctx *ctx, tl_residency *r, const uint32_t *patche
     r->wanted_next = 0;
     for (size_t i = 0; i < patch_count; i++)
         if (r->flags[patches[i]] == FLAG_FAILED) r->flags[patches[i]] = FLAG_ABSENT;
+    if (patch_count) tli_bell_ring(&r->bell);
     tli_lock_give(&r->lock);
     return TL_OK;
 }
 
-/* The next patch to load, marked as being loaded; TL_NONE if there is none. */
-static uint32_t take_wanted(tl_residency *r)
+/* The next patch to load, marked as being loaded; TL_NONE if there is none, or serving has ended
+ * while it was waited for. */
+static uint32_t take_wanted(tl_residency *r, bool waits)
 {
     uint32_t patch = TL_NONE;
     tli_lock_take(&r->lock);
-    while (patch == TL_NONE && r->wanted_next < r->wanted_count) {
+    while (patch == TL_NONE && !(waits && r->is_over)) {
+        if (r->wanted_next == r->wanted_count) {
+            if (!waits) break;
+            tli_bell_wait(&r->bell, &r->lock);
+            continue;
+        }
         uint32_t next = r->wanted[r->wanted_next++];
         if (!r->entries[next] && r->flags[next] == FLAG_ABSENT) patch = next;
     }
@@ -252,12 +267,10 @@ static tl_status decode(tl_ctx *ctx, const tl_residency *r, uint32_t patch, entr
     return st;
 }
 
-tl_status tl_residency_load(tl_ctx *ctx, tl_residency *r, bool *idle)
+/* Loads a patch that take_wanted has marked. */
+static tl_status load(tl_ctx *ctx, tl_residency *r, uint32_t patch)
 {
     entry *e = NULL, *gone = NULL;
-    uint32_t patch = take_wanted(r);
-    *idle = patch == TL_NONE;
-    if (*idle) return TL_OK;
     tl_status st = decode(ctx, r, patch, &e);
     tli_lock_take(&r->lock);
     r->flags[patch] = st ? FLAG_FAILED : FLAG_ABSENT;
@@ -271,4 +284,52 @@ tl_status tl_residency_load(tl_ctx *ctx, tl_residency *r, bool *idle)
     tli_lock_give(&r->lock);
     drop_chain(r, gone);
     return st ? tl_note(ctx, st, "while loading patch %u", patch) : TL_OK;
+}
+
+tl_status tl_residency_load(tl_ctx *ctx, tl_residency *r, bool *idle)
+{
+    uint32_t patch = take_wanted(r, false);
+    *idle = patch == TL_NONE;
+    return *idle ? TL_OK : load(ctx, r, patch);
+}
+
+/* ---- serving ---- */
+
+typedef struct service {
+    tl_ctx *ctx;
+    tl_residency *residency;
+} service;
+
+/* One thread: a patch that can't be loaded is not the end for the others. */
+static tl_status serve(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const service *s = arg;
+    tl_ctx *fork = NULL, *failed = NULL;
+    tl_status st = TL_OK, first = TL_OK;
+    (void)begin, (void)end, (void)worker;
+    for (uint32_t patch = 0; !st && patch != TL_NONE;) {
+        if (!fork) st = tli_ctx_fork(s->ctx, &fork);
+        patch = st ? TL_NONE : take_wanted(s->residency, true);
+        tl_status loaded = patch == TL_NONE ? TL_OK : load(fork, s->residency, patch);
+        if (!loaded || first) continue;
+        first = loaded;
+        failed = fork; /* keeps its message */
+        fork = NULL;
+    }
+    tli_ctx_join(s->ctx, fork, TL_OK);
+    return first ? tli_ctx_join(s->ctx, failed, first) : st;
+}
+
+tl_status tl_residency_serve(tl_ctx *ctx, tl_residency *r)
+{
+    service s = {ctx, r};
+    return tli_parallel(ctx, tl_ctx_thread_count(ctx), 1, serve, &s);
+}
+
+void tl_residency_stop(tl_residency *r)
+{
+    tli_lock_take(&r->lock);
+    r->is_over = true;
+    tli_bell_ring(&r->bell);
+    tli_lock_give(&r->lock);
 }

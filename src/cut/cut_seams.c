@@ -235,3 +235,10 @@ bool tl_seams_behind(const tl_seams *s, uint32_t number, uint32_t face, uint32_t
     *other_face = other->face;
     return true;
 }
+
+const uint32_t *tl_seams_verts(const tl_seams *s, uint32_t number, uint32_t *number_end)
+{
+    uint32_t index = index_of(s, number);
+    *number_end = s->verts.count;
+    return index == TL_NONE ? NULL : s->entries[index].verts;
+}
