@@ -6,11 +6,16 @@
 
 #include "cli_bench.h"
 
-/* Frames of a flight around the data set, and how far the camera turns in each. */
+/* Frames of a flight around the middle of the data set, so near that a part of it is out of view,
+ * and how far the camera turns in each. */
 #define FRAMES 400
 #define STEP_DEGREES 0.5
-/* Views from anywhere. */
+#define DISTANCE_DIAGONALS 0.6
+/* Views from anywhere, and errors that are asked for in them. */
 #define VIEWS 60
+
+typedef enum frame_kind { SMALL_MOVE, NEW_VIEW, NEW_ERROR } frame_kind;
+static const char *const KIND_NAMES[] = {"small move", "new view", "new error"};
 /* Tets to extract. */
 #define EXTRACT_TETS 1000000u
 
@@ -22,7 +27,8 @@ typedef struct flight {
     const tl_store_head *head;
     tl_cut *cut;
     double centre[3], distance;
-    double pixels; /* by which a view may be off, so that a cut has many patches */
+    double pixels;  /* by which a view may be off, so that a cut has many patches */
+    double *bounds; /* [channel_count] */
 } flight;
 
 /* A camera that looks at the middle from an angle around it and above it. */
@@ -43,7 +49,17 @@ static tl_status look(flight *f, const tl_camera *camera, double pixels)
     tl_cut_query query = tl_cut_query_defaults();
     query.camera = camera;
     query.pixels = pixels;
+    query.bounds.channels = f->bounds;
     return tl_cut_update(f->cut, &query);
+}
+
+/* Bounds between the errors of the second level and twice them, or none. */
+static void set_bounds(flight *f, frame_kind kind, int frame)
+{
+    const tl_store_level *level = &f->head->levels[f->head->level_count > 1];
+    for (uint32_t c = 0; c < f->head->channel_count; c++)
+        f->bounds[c] =
+            kind == NEW_ERROR ? level->max_error[c] * (1.5 + 0.5 * sin(frame)) : INFINITY;
 }
 
 /* The error at which the first view draws about half of the finest level's patches. */
@@ -105,18 +121,18 @@ static tl_status verify(flight *f, const tl_camera *camera)
     return st;
 }
 
-/* small: frames of a flight; else views from anywhere. */
-static tl_status time_frames(flight *f, bool small, frame_times *times)
+static tl_status time_frames(flight *f, frame_kind kind, frame_times *times)
 {
     tl_status st = TL_OK;
     tl_camera camera = {0};
+    const bool small = kind == SMALL_MOVE;
     int count = small ? FRAMES : VIEWS;
     *times = (frame_times){0};
     for (int i = -1; !st && i < count; i++) { /* the first one warms up */
         size_t added, removed;
-        camera = small
-                     ? camera_at(f, i * STEP_DEGREES * DEGREE, 0.4, f->distance)
-                     : camera_at(f, i * 2.4, 1.2 * sin(i * 1.7), f->distance * (1 + 0.6 * sin(i)));
+        camera = small ? camera_at(f, i * STEP_DEGREES * DEGREE, 0.4, f->distance)
+                       : camera_at(f, i * 2.4, 1.2 * sin(i * 1.7), f->distance * (1.5 + sin(i)));
+        set_bounds(f, kind, i);
         double start = cli_cpu();
         st = look(f, &camera, f->pixels);
         double ms = (cli_cpu() - start) * 1e3;
@@ -222,12 +238,12 @@ static tl_status fly(flight *f)
     frame_times times;
     const double *b = f->head->stats.bounds;
     for (int k = 0; k < 3; k++) f->centre[k] = (b[2 * k] + b[2 * k + 1]) / 2;
-    f->distance = 2 * f->head->stats.diagonal;
+    f->distance = DISTANCE_DIAGONALS * f->head->stats.diagonal;
     tl_status st = choose_pixels(f);
-    if (!st) st = time_frames(f, true, &times);
-    if (!st) show_frames(f, "small move", &times);
-    if (!st) st = time_frames(f, false, &times);
-    if (!st) show_frames(f, "new view", &times);
+    for (frame_kind kind = SMALL_MOVE; !st && kind <= NEW_ERROR; kind++) {
+        st = time_frames(f, kind, &times);
+        if (!st) show_frames(f, KIND_NAMES[kind], &times);
+    }
     return st;
 }
 
@@ -239,8 +255,11 @@ int bench_cut(bench_state *state, const bench_data *data)
     if (!st) st = tl_store_open(ctx, data->path, &f.store);
     if (!st) f.head = tl_store_get_head(f.store);
     if (!st) st = tl_cut_create(ctx, f.store, &f.cut);
+    f.bounds = st ? NULL : tl_mem_alloc(ctx, f.head->channel_count, sizeof *f.bounds, &st);
+    if (!st) set_bounds(&f, SMALL_MOVE, 0);
     if (!st) st = fly(&f);
     if (!st) st = time_extraction(&f);
+    tl_mem_free(ctx, f.bounds);
     tl_cut_destroy(f.cut);
     tl_store_close(f.store);
     return st ? cli_fail(state->session, ctx, st) : CLI_DONE;
