@@ -5,22 +5,7 @@
 
 #include "base/base_file.h"
 
-#include "check.h"
-
-static tl_ctx *ctx_create(void)
-{
-    tl_ctx *ctx;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = 1;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
-static void ctx_destroy(tl_ctx *ctx)
-{
-    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
-    tl_ctx_destroy(ctx);
-}
+#include "check_ctx.h"
 
 static void put_file(const char *path, const char *text)
 {
@@ -32,7 +17,7 @@ static void put_file(const char *path, const char *text)
 static void test_reads_at_places(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tli_pread file;
     char text[8] = "";
     put_file("a", "0123456789");
@@ -52,13 +37,13 @@ static void test_reads_at_places(void **state)
     CHECK(strstr(tl_ctx_message(ctx), "'a': ends at byte 4"));
     tli_pread_close(ctx, &file);
     tli_pread_close(ctx, &file); /* a closed one is allowed */
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_reads_memory(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     const uint8_t bytes[4] = {1, 2, 3, 4};
     uint8_t got[2] = {0};
     tli_pread file = {.path = "four", .bytes = bytes, .byte_count = sizeof bytes, .fd = -1};
@@ -68,7 +53,7 @@ static void test_reads_memory(void **state)
     CHECK_STATUS(tli_pread_read(ctx, &file, 3, got, 2), TL_ERR_IO);
     CHECK(strstr(tl_ctx_message(ctx), "'four'"));
     tli_pread_close(ctx, &file);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void check_refused(tl_ctx *ctx, const char *path, const char *words)
@@ -82,19 +67,19 @@ static void check_refused(tl_ctx *ctx, const char *path, const char *words)
 static void test_refuses(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     CHECK_EQ(mkfifo("pipe", 0600), 0);
     check_refused(ctx, "nothing", "can't be opened");
     check_refused(ctx, ".", "is a folder");
     check_refused(ctx, "pipe", "is no regular file"); /* and does not wait for a writer */
     check_refused(ctx, "/dev/null", "is no regular file");
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_failures(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tli_pread file;
     char text[4];
     put_file("a", "0123");
@@ -105,7 +90,7 @@ static void test_failures(void **state)
     CHECK_STATUS(tli_pread_read(ctx, &file, 0, text, 4), TL_ERR_IO);
     CHECK_OK(ctx, tli_pread_read(ctx, &file, 0, text, 4));
     tli_pread_close(ctx, &file);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 int main(void)

@@ -3,26 +3,12 @@
 #include "tetralod/cut.h"
 #include "tetralod/measure.h"
 
+#include "check_ctx.h"
 #include "check_model.h"
 
 static double bumps(const double x[3])
 {
     return sin(5 * x[0]) * cos(4 * x[1]) + x[2] * x[2];
-}
-
-static tl_ctx *ctx_create(unsigned threads)
-{
-    tl_ctx *ctx;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = threads;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
-static void ctx_destroy(tl_ctx *ctx)
-{
-    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
-    tl_ctx_destroy(ctx);
 }
 
 static tl_store *build(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opts,
@@ -99,7 +85,7 @@ static void check_all(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opt
 static void test_other_data(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(9);
     tl_mesh *mesh = make_object(ctx, &m, bumps);
     tl_build_opts opts = check_model_opts(1000, 200);
@@ -122,26 +108,26 @@ static void test_other_data(void **state)
     drop(store, "other");
     tl_mesh_destroy(mesh);
     make_release(&m);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_grid(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(12);
     tl_mesh *mesh = make_object(ctx, &m, bumps);
     tl_build_opts opts = check_model_opts(1500, 250);
     check_all(ctx, mesh, &opts, "grid", 4);
     tl_mesh_destroy(mesh);
     make_release(&m);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_rough(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid_cavity(10);
     make_perturb(&m, 0.1 / 9 * 0.9, 7);
     make_shuffle(&m, 8);
@@ -153,7 +139,7 @@ static void test_rough(void **state)
     check_all(ctx, mesh, &opts, "lossless", 3);
     tl_mesh_destroy(mesh);
     make_release(&m);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* The whole file, for comparing. */
@@ -178,7 +164,7 @@ static void test_threads(void **state)
     uint8_t *first = NULL;
     size_t first_bytes = 0;
     for (unsigned threads = 1; threads <= 3; threads++) {
-        tl_ctx *ctx = ctx_create(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         tl_mesh *mesh = make_object(ctx, &m, bumps);
         tl_build_opts opts = check_model_opts(1200, 200);
         tl_build_result result;
@@ -195,7 +181,7 @@ static void test_threads(void **state)
             free(data);
         }
         tl_mesh_destroy(mesh);
-        ctx_destroy(ctx);
+        check_ctx_destroy(ctx);
     }
     remove(check_model_path("threads"));
     free(first);
@@ -206,7 +192,7 @@ static void test_threads(void **state)
 static void test_odd(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double xyz[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1};
     const tl_lidx tets[] = {0, 1, 2, 3, 0, 1, 2, 4}, flat[] = {0, 1, 2, 1};
     tl_build_opts opts = check_model_opts(1000, 100);
@@ -230,14 +216,14 @@ static void test_odd(void **state)
     drop(build(ctx, mesh, &opts, "soup"), "soup");
     tl_mesh_destroy(mesh);
     make_release(&soup);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Twenty channels of all kinds, constant ones and some without numbers among them. */
 static void test_channels(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(11);
     tl_mesh *mesh = make_object(ctx, &m, bumps);
     uint64_t seed = 4;
@@ -275,7 +261,7 @@ static void test_channels(void **state)
     free(values);
     tl_mesh_destroy(mesh);
     make_release(&m);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* The mesh with one value changed must be refused with these words. */
@@ -293,7 +279,7 @@ static void refuse(tl_ctx *ctx, const tl_mesh *mesh, const char *words)
 static void test_numbers_beyond(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const struct {
         double place, value, scale;
         const char *words;
@@ -316,14 +302,14 @@ static void test_numbers_beyond(void **state)
         tl_mesh_destroy(mesh);
         make_release(&n);
     }
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Values that are not finite stay where they are, and every promise holds around them. */
 static void test_no_values(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(11);
     tl_mesh *mesh = make_object(ctx, &m, bumps);
     double *values = (double *)(uintptr_t)tl_mesh_channel(mesh, 0)->values;
@@ -341,7 +327,7 @@ static void test_no_values(void **state)
     drop(store, "no_values");
     tl_mesh_destroy(mesh);
     make_release(&m);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 int main(int argc, char **argv)

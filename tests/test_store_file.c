@@ -5,22 +5,8 @@
 
 #include "base/base_file.h"
 
+#include "check_ctx.h"
 #include "make_store.h"
-
-static tl_ctx *ctx_create(void)
-{
-    tl_ctx *ctx;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = 1;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
-static void ctx_destroy(tl_ctx *ctx)
-{
-    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
-    tl_ctx_destroy(ctx);
-}
 
 /* ---- comparing ---- */
 
@@ -174,7 +160,7 @@ static void check_head(const make_store *m, const tl_store *store)
 /* Writes, reads back, compares all, proves all. */
 static void round_trip(const make_store *m)
 {
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tl_store *store = NULL;
     CHECK_OK(ctx, make_store_write(ctx, ctx, m, "m.tlod"));
     CHECK(tl_store_is(ctx, "m.tlod"));
@@ -185,7 +171,7 @@ static void round_trip(const make_store *m)
     CHECK_OK(ctx, tl_store_check(ctx, store, TL_CHECK_FAST));
     CHECK_OK(ctx, tl_store_check(ctx, store, TL_CHECK_FULL));
     tl_store_close(store);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- round trips ---- */
@@ -218,7 +204,7 @@ static void test_sizes(void **state)
 static void test_many_pages(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tl_store *store = NULL;
     make_store m = {.level_count = 5, .coarse_segments = 300, .channel_count = 3, .vert_count = 6};
     make_store_open(&m);
@@ -233,7 +219,7 @@ static void test_many_pages(void **state)
     CHECK_OK(ctx, tl_store_patch(ctx, store, m.head.patch_count - 1, &info));
     CHECK_EQ(tl_store_pages_read(store), 2);
     tl_store_close(store);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* A head that one read of 64 KiB does not hold. */
@@ -256,7 +242,7 @@ static void test_large_head(void **state)
 static void test_groups_are_contiguous(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tl_store *store = NULL;
     make_store m = {.level_count = 3, .coarse_segments = 2, .channel_count = 3, .vert_count = 9};
     make_store_open(&m);
@@ -277,7 +263,7 @@ static void test_groups_are_contiguous(void **state)
             }
     }
     tl_store_close(store);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- adding channels ---- */
@@ -323,7 +309,7 @@ static tl_status added_segment(void *user, uint32_t id, double *max_error, float
 static void test_append(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tl_store *store = NULL;
     make_store few = {.level_count = 4,
                       .coarse_segments = 40,
@@ -355,7 +341,7 @@ static void test_append(void **state)
     CHECK(memcmp(appended, built, built_bytes) == 0);
     free(appended);
     free(built);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- wrong use ---- */
@@ -363,7 +349,7 @@ static void test_append(void **state)
 static void test_wrong_use(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     make_store m;
     tli_store_writer *writer = NULL;
     tl_store *store = NULL;
@@ -405,7 +391,7 @@ static void test_wrong_use(void **state)
     tl_store_close(NULL);
     CHECK(!tl_store_is(ctx, "nothing"));
     CHECK(!tl_store_is(ctx, "."));
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- threads ---- */
@@ -430,7 +416,7 @@ static void test_threads(void **state)
 {
     (void)state;
     enum { THREADS = 4 };
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tl_store *store = NULL;
     thread_task tasks[THREADS];
     pthread_t threads[THREADS];
@@ -439,13 +425,13 @@ static void test_threads(void **state)
     CHECK_OK(ctx, make_store_write(ctx, ctx, &m, "m.tlod"));
     CHECK_OK(ctx, tl_store_open(ctx, "m.tlod", &store));
     for (int i = 0; i < THREADS; i++) {
-        tasks[i] = (thread_task){&m, store, ctx_create()};
+        tasks[i] = (thread_task){&m, store, check_ctx_create(1)};
         CHECK_EQ(pthread_create(&threads[i], NULL, read_all, &tasks[i]), 0);
     }
     for (int i = 0; i < THREADS; i++) CHECK_EQ(pthread_join(threads[i], NULL), 0);
     tl_store_close(store);
-    for (int i = 0; i < THREADS; i++) ctx_destroy(tasks[i].ctx);
-    ctx_destroy(ctx);
+    for (int i = 0; i < THREADS; i++) check_ctx_destroy(tasks[i].ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Gives the message of the check of a damaged file. */
@@ -461,13 +447,13 @@ static void check_damaged(const uint8_t *bytes, size_t byte_count, unsigned thre
     CHECK_STATUS(tl_store_check(ctx, store, TL_CHECK_FULL), TL_ERR_FORMAT);
     snprintf(text, text_bytes, "%s", tl_ctx_message(ctx));
     tl_store_close(store);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_check_with_threads(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tl_store *store = NULL;
     tl_patch_info info;
     make_store m = {.level_count = 4, .coarse_segments = 60, .channel_count = 2, .vert_count = 6};
@@ -489,7 +475,7 @@ static void test_check_with_threads(void **state)
     CHECK(strstr(one, "patch 700"));
     free(bytes);
     tl_store_close(store);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- ending early ---- */
@@ -507,7 +493,7 @@ static void test_cancel(void **state)
     (void)state;
     int calls = 0;
     tl_ctx_opts opts = tl_ctx_opts_defaults();
-    tl_ctx *ctx = ctx_create(), *impatient = NULL;
+    tl_ctx *ctx = check_ctx_create(1), *impatient = NULL;
     tl_store *store = NULL;
     make_store few = {.level_count = 4, .coarse_segments = 60, .channel_count = 1, .vert_count = 6};
     make_store all = few;
@@ -529,8 +515,8 @@ static void test_cancel(void **state)
     make_store_release_patch(ctx, &source.patch);
     CHECK(access("c.tlod", F_OK) != 0);
     tl_store_close(store);
-    ctx_destroy(impatient);
-    ctx_destroy(ctx);
+    check_ctx_destroy(impatient);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- memory ---- */
@@ -538,7 +524,7 @@ static void test_cancel(void **state)
 static void test_budget(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     make_store m = {.level_count = 4, .coarse_segments = 60, .channel_count = 2, .vert_count = 6};
     make_store_open(&m);
     CHECK_OK(ctx, make_store_write(ctx, ctx, &m, "m.tlod"));
@@ -558,10 +544,10 @@ static void test_budget(void **state)
         checked = !st;
         CHECK(tl_ctx_peak_bytes(small) <= budget);
         tl_store_close(store);
-        ctx_destroy(small);
+        check_ctx_destroy(small);
     }
     CHECK(opened);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 int main(void)

@@ -3,6 +3,7 @@
  * for good; what is written today has the same bytes. docs/FORMAT.md explains it byte by byte. */
 #include "codec/codec.h"
 
+#include "check_ctx.h"
 #include "make_store.h"
 
 #define GOLDEN TETRALOD_SOURCE_DIR "/tests/golden/store_v1.tlod"
@@ -124,19 +125,10 @@ static void write_golden(tl_ctx *ctx, const char *path)
     CHECK_OK(ctx, tli_store_finish(writer, &head, true));
 }
 
-static tl_ctx *ctx_create(void)
-{
-    tl_ctx *ctx;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = 1;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
 static void test_is_read(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     tl_store *store = NULL;
     tl_segment_info segment;
     tl_patch_info patch;
@@ -168,7 +160,7 @@ static void test_is_read(void **state)
 static void test_is_written(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     size_t golden_bytes, bytes;
     write_golden(ctx, "store_v1.tlod");
     uint8_t *golden = make_store_load(GOLDEN, &golden_bytes);

@@ -3,6 +3,7 @@
  * The patches are small, since only the index counts here. */
 #include <time.h>
 
+#include "check_ctx.h"
 #include "make_store.h"
 
 /* Aims of the format. */
@@ -13,15 +14,6 @@
 #define CHANNEL_BYTES_AIM 16.0
 /* A page, its draft and the blobs of a group; sink and codec included. */
 #define WRITER_BYTES_MAX 2e6
-
-static tl_ctx *ctx_create(void)
-{
-    tl_ctx *ctx;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = 1;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
 
 static double cpu_ms(void)
 {
@@ -58,7 +50,7 @@ static void decode_roots(tl_ctx *ctx, const tl_store *store)
 static void test_opening(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(), *content = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1), *content = check_ctx_create(1);
     make_store m;
     tl_store *store = NULL;
     make_large(&m, 1);
@@ -107,7 +99,7 @@ static double index_bytes(tl_ctx *ctx, const tl_store *store)
 static void test_index_size(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create();
+    tl_ctx *ctx = check_ctx_create(1);
     for (uint32_t channels = 1; channels <= 7; channels += 3) {
         make_store m;
         tl_store *store = NULL;

@@ -77,6 +77,19 @@ static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t count)
     return hash;
 }
 
+int bench_sizes(bench_state *state, const bench_data *data, bench_size_fn measure,
+                const uint32_t *sizes, size_t size_count, void *rows, size_t row_bytes)
+{
+    tl_read_opts read;
+    tl_status st = TL_OK;
+    int exit_status = cli_read_opts(state->session, data->path, &read);
+    if (exit_status) return exit_status;
+    for (size_t i = 0; !st && i < size_count; i++)
+        st = measure(state, data, &read, sizes[i], (char *)rows + i * row_bytes);
+    cli_progress_clear(&state->session->progress);
+    return st ? cli_fail(state->session, state->session->ctx, st) : CLI_DONE;
+}
+
 uint64_t bench_hash(const tl_mesh *mesh)
 {
     uint64_t hash = 0xcbf29ce484222325u;

@@ -41,6 +41,14 @@ int bench_codec(bench_state *state, const bench_data *data);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);
 
+/* Measures one size of something into its row. */
+typedef tl_status (*bench_size_fn)(bench_state *state, const bench_data *data,
+                                   const tl_read_opts *read, uint32_t size, void *row);
+/* Measures sizes [size_count], the i-th into the row at rows + i * row_bytes. Returns an exit
+ * status; the message is out already. */
+int bench_sizes(bench_state *state, const bench_data *data, bench_size_fn measure,
+                const uint32_t *sizes, size_t size_count, void *rows, size_t row_bytes);
+
 /* Order-dependent 64-bit hash of positions, tets and channels. */
 uint64_t bench_hash(const tl_mesh *mesh);
 

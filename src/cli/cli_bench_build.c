@@ -35,8 +35,9 @@ static bool verify(tl_ctx *ctx, const char *path)
 }
 
 static tl_status measure_size(bench_state *state, const bench_data *data, const tl_read_opts *read,
-                              uint32_t segment_tets, build_row *row)
+                              uint32_t segment_tets, void *to)
 {
+    build_row *row = to;
     tl_ctx *ctx = state->session->ctx;
     tl_build_opts opts = tl_build_opts_defaults();
     char path[BENCH_PATH_BYTES + 16];
@@ -98,19 +99,13 @@ static void json_rows(bench_state *state, const bench_data *data, const build_ro
 int bench_build(bench_state *state, const bench_data *data)
 {
     build_row rows[SIZE_COUNT] = {0};
-    tl_read_opts read;
-    int exit_status = cli_read_opts(state->session, data->path, &read);
-    if (exit_status) return exit_status;
-    tl_status st = TL_OK;
-    for (size_t i = 0; !st && i < SIZE_COUNT; i++)
-        st = measure_size(state, data, &read, SIZES[i], &rows[i]);
-    cli_progress_clear(&state->session->progress);
-    if (!st && state->rows)
+    int exit_status = bench_sizes(state, data, measure_size, SIZES, SIZE_COUNT, rows, sizeof *rows);
+    if (!exit_status && state->rows)
         json_rows(state, data, rows);
-    else if (!st) {
+    else if (!exit_status) {
         printf("\ninput       %s: %s tets\n", data->name, cli_count(rows[0].result.tets_in).s);
         print_rows(rows);
     }
     for (size_t i = 0; i < SIZE_COUNT; i++) tl_build_release(state->session->ctx, &rows[i].result);
-    return st ? cli_fail(state->session, state->session->ctx, st) : CLI_DONE;
+    return exit_status;
 }

@@ -85,8 +85,9 @@ static tl_status build(bench_state *state, const bench_data *data, const tl_read
 }
 
 static tl_status measure_size(bench_state *state, const bench_data *data, const tl_read_opts *read,
-                              uint32_t size, segment_row *row)
+                              uint32_t size, void *to)
 {
+    segment_row *row = to;
     tl_segment_opts opts = tl_segment_opts_defaults();
     const cli_value *memory = cli_get(state->session, CLI_MEMORY);
     bench_times plain = {0}, full = {0};
@@ -175,18 +176,13 @@ static void json_rows(bench_state *state, const bench_data *data, const segment_
 int bench_segment(bench_state *state, const bench_data *data)
 {
     segment_row rows[SIZE_COUNT];
-    tl_read_opts read;
-    int exit_status = cli_read_opts(state->session, data->path, &read);
-    if (exit_status) return exit_status;
-    tl_status st = TL_OK;
-    for (size_t i = 0; !st && i < SIZE_COUNT; i++)
-        st = measure_size(state, data, &read, SIZES[i], &rows[i]);
-    cli_progress_clear(&state->session->progress);
-    if (!st && state->rows)
+    int exit_status = bench_sizes(state, data, measure_size, SIZES, SIZE_COUNT, rows, sizeof *rows);
+    if (!exit_status && state->rows)
         json_rows(state, data, rows);
-    else if (!st) {
+    else if (!exit_status) {
         printf("\ninput       %s: %s tets\n", data->name, cli_count(rows[0].tet_count).s);
-        st = print_rows(state, rows);
+        tl_status st = print_rows(state, rows);
+        if (st) exit_status = cli_fail(state->session, state->session->ctx, st);
     }
-    return st ? cli_fail(state->session, state->session->ctx, st) : CLI_DONE;
+    return exit_status;
 }

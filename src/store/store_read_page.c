@@ -368,12 +368,14 @@ tl_status tli_store_page_get(tl_ctx *ctx, const tl_store *store, uint32_t page_i
 
 /* ---- finding ---- */
 
-uint32_t tli_store_page_of_patch(const tl_store *store, uint32_t patch)
+/* The page that holds a patch, or a segment. */
+static uint32_t find_page(const tl_store *store, uint32_t number, bool is_patch)
 {
     uint32_t low = 0, high = store->page_count; /* the page is in [low, high) */
     while (high - low > 1) {
         uint32_t middle = low + (high - low) / 2;
-        if (store->pages[middle].first_patch <= patch)
+        const tli_page_entry *page = &store->pages[middle];
+        if ((is_patch ? page->first_patch : page->first_segment) <= number)
             low = middle;
         else
             high = middle;
@@ -381,17 +383,14 @@ uint32_t tli_store_page_of_patch(const tl_store *store, uint32_t patch)
     return low;
 }
 
+uint32_t tli_store_page_of_patch(const tl_store *store, uint32_t patch)
+{
+    return find_page(store, patch, true);
+}
+
 uint32_t tli_store_page_of_segment(const tl_store *store, uint32_t segment)
 {
-    uint32_t low = 0, high = store->page_count;
-    while (high - low > 1) {
-        uint32_t middle = low + (high - low) / 2;
-        if (store->pages[middle].first_segment <= segment)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return find_page(store, segment, false);
 }
 
 static tl_status fail_number(tl_ctx *ctx, const tl_store *store, const char *what, uint32_t id,
