@@ -43,7 +43,10 @@ static void test_memory(void **state)
     job j = {make_grid(3), check_model_opts(64, 20)};
     fail_alloc f;
     fail_alloc_open(&f, 1);
-    printf("%ld requests\n", fail_alloc_each(&f, build, &j));
+    for (int kind = 0; kind <= TL_PARTITION_VORONOI; kind++) {
+        j.opts.partition = (tl_partition)kind;
+        printf("%ld requests\n", fail_alloc_each(&f, build, &j));
+    }
     fail_alloc_close(&f);
     make_release(&j.mesh);
 }
@@ -58,6 +61,9 @@ static void test_folder(void **state)
     CHECK_STATUS(build(ctx, &j), TL_ERR_IO);
     CHECK(strstr(tl_ctx_message(ctx), "/nowhere/at/all") != NULL);
     j.opts.folder = NULL;
+    j.opts.partition = (tl_partition)3;
+    CHECK_STATUS(build(ctx, &j), TL_ERR_ARG);
+    j.opts.partition = TL_PARTITION_CLUSTER;
     j.opts.reduction = 2;
     CHECK_STATUS(build(ctx, &j), TL_ERR_ARG);
     j.opts.reduction = 0.5;

@@ -18,6 +18,13 @@ typedef struct tl_build_channel {
     bool lossless; /* values stay as they are at the finest level */
 } tl_build_channel;
 
+/* What cuts a level into segments. */
+typedef enum tl_partition {
+    TL_PARTITION_CLUSTER, /* patches of a few thousand tets, gathered so that borders come inside */
+    TL_PARTITION_OCTREE,  /* cells of octrees that are turned from level to level */
+    TL_PARTITION_VORONOI  /* Voronoi cells, each with a distance that fits its tets */
+} tl_partition;
+
 /* What a model is made like. */
 typedef struct tl_build_opts {
     size_t struct_bytes;
@@ -36,6 +43,8 @@ typedef struct tl_build_opts {
     uint32_t segment_tets; /* default 0: the best by measurement, docs/notes */
     uint32_t patch_tets;   /* default 0: likewise */
     double reduction;      /* part of the tets that a level leaves, 0.25 to 0.75; default 0.5 */
+    /* what cuts levels into segments; default: the best by measurement, docs/notes */
+    tl_partition partition;
     uint64_t memory_bytes; /* what the work should take, beside a budget of the context; default 0:
                               256 MiB for the input, and segments for each thread */
     const char *folder;    /* for work files, borrowed; default NULL: that of keep or resume, else

@@ -26,6 +26,9 @@ static const cli_option SHAPE[] = {
      "tets of a segment; 0 takes the size that did best"},
     {CLI_PATCH_TETS, 0, "patch-tets", CLI_TYPE_COUNT, "N", "0", 0, 65536,
      "tets of a patch; 0 takes the size that did best"},
+    {CLI_PARTITION, 0, "partition", CLI_TYPE_CHOICE, "cluster|octree|voronoi", "voronoi", 0, 0,
+     "what cuts a level into segments: gathered patches, octrees that are turned from level to "
+     "level, or Voronoi cells"},
     {CLI_REDUCTION, 0, "reduction", CLI_TYPE_REAL, "R", "0.5", 0.25, 0.75,
      "part of the tets that each level leaves"},
     {CLI_BOUNDARY_ERROR, 0, "boundary-error", CLI_TYPE_AMOUNT, "D[%]", "5%", 0, 100,
@@ -127,6 +130,7 @@ static int fill_request(const cli_session *session, request *r)
     r->opts.raw = cli_get(session, CLI_RAW_LAYOUT)->given;
     r->opts.segment_tets = (uint32_t)cli_get(session, CLI_SEGMENT_TETS)->count;
     r->opts.patch_tets = (uint32_t)cli_get(session, CLI_PATCH_TETS)->count;
+    r->opts.partition = (tl_partition)cli_get(session, CLI_PARTITION)->choice;
     r->opts.reduction = cli_get(session, CLI_REDUCTION)->real;
     r->opts.memory_bytes = cli_get(session, CLI_MEMORY)->count;
     r->opts.folder = cli_get(session, CLI_TMP)->text;

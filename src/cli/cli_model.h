@@ -25,7 +25,8 @@ typedef struct cli_model_step {
 } cli_model_step;
 /* From one that is not chosen to the first, from a step to the next; false behind the last. */
 bool cli_next_step(const tl_store_head *head, cli_model_step *step);
-/* The step that --step and --time ask for; the first if they say nothing. Returns an exit status. */
+/* The step that --step and --time ask for; the first if they say nothing. Returns an exit status.
+ */
 int cli_choose_step(const cli_session *session, const tl_store_head *head, cli_model_step *chosen);
 /* Whether a channel is there at that step: it is of it, or of none. */
 bool cli_in_step(const tl_store_channel *channel, const cli_model_step *step);

@@ -74,6 +74,7 @@ typedef enum cli_id {
     CLI_RAW_LAYOUT,
     CLI_SEGMENT_TETS,
     CLI_PATCH_TETS,
+    CLI_PARTITION,
     CLI_REDUCTION,
     CLI_TMP,
     CLI_KEEP_WORK,

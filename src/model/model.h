@@ -7,6 +7,7 @@
 
 #include "base/base.h"
 #include "mesh/mesh.h"
+#include "model/model_cells.h"
 #include "model/model_depot.h"
 #include "model/model_seams.h"
 #include "model/model_tape.h"
@@ -109,6 +110,8 @@ typedef struct tli_patch_note {
     double *squares; /* [field_count] sums of squared errors at the carried originals */
     double *ranges;  /* [field_count][2] */
     tli_extents extents[TLI_KINDS];
+    uint32_t cell;          /* that it was cut by, or TL_NONE */
+    tli_sampling *sampling; /* where patches are cut by cells, until the next level's are known */
 } tli_patch_note;
 
 /* Errors of a segment's result against the originals. */
@@ -128,7 +131,8 @@ typedef struct tli_segment_note {
     tli_errors errors;
 } tli_segment_note;
 
-typedef struct tli_model {
+typedef struct tli_model tli_model;
+struct tli_model {
     tl_ctx *ctx;
     const tli_plan *plan;
     struct tli_work *work;
@@ -143,7 +147,7 @@ typedef struct tli_model {
     size_t segment_count, segment_capacity;
     uint32_t level_count;
     uint64_t point_count, cell_count; /* originals of finite place */
-} tli_model;
+};
 
 /* ---- model_object.c ---- */
 struct tli_work;
@@ -163,6 +167,11 @@ void tli_errors_release(tl_ctx *ctx, tli_errors *errors);
  * part [tet_count] receives numbers 0 .. *part_count - 1. */
 tl_status tli_split(tl_ctx *ctx, const double *xyz, const tl_lidx *tets, size_t tet_count,
                     size_t part_tets, uint32_t *part, size_t *part_count);
+/* The same within cells: cell_of [tet_count] is changed; slivers of cells go with a neighbour.
+ * Gives *part_cells [*part_count]: the cell of each part. */
+tl_status tli_split_cells(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
+                          uint32_t *cell_of, size_t part_tets, uint32_t *part, size_t *part_count,
+                          uint32_t **part_cells);
 
 /* ---- model_group.c ---- */
 /* Groups the patches [first, end) of a level into segments of about segment_tets; gives
@@ -181,6 +190,7 @@ typedef struct tli_level {
     double cost_max;
     double boundary_error; /* of this level's result, mesh units */
     double ratio;          /* of tets that are to be left, where no cost rules */
+    tli_cells *cells;      /* that cut what is made, or NULL */
 } tli_level;
 
 /* The result of a segment, to be noted in the order of segments. */

@@ -224,6 +224,7 @@ static tl_status note(tli_model *m, tli_plan *plan, tli_product *p)
     for (size_t i = 0; i < p->patch_count; i++) {
         m->patches[first + i] = p->patches[i];
         m->patches[first + i].producer = m->patches[first + i].consumer = TL_NONE;
+        m->patches[first + i].cell = TL_NONE;
     }
     for (size_t i = 0; i < plan->field_count; i++)
         plan->fields[i].leaf_error = fmax(plan->fields[i].leaf_error, p->errors.max[i]);

@@ -111,6 +111,135 @@ static tl_status number_groups(const tli_model *m, size_t first, size_t count, u
     return st;
 }
 
+/* ---- groups out of cells ---- */
+
+/* What a group may hold as a part of what it should: more is divided, less goes to a neighbour. */
+static const double CELL_MOST = 1.6, CELL_LEAST = 0.4;
+
+/* Patches by the cells that cut them, cells numbered from 0. */
+static tl_status number_cells(const tli_model *m, size_t first, size_t count, uint32_t *group_of,
+                              size_t *group_count)
+{
+    tl_status st = TL_OK;
+    uint64_t *cells = tl_mem_alloc(m->ctx, count, sizeof *cells, &st);
+    uint32_t *patches = tl_mem_alloc(m->ctx, count, sizeof *patches, &st);
+    for (size_t p = 0; !st && p < count; p++) {
+        cells[p] = m->patches[first + p].cell;
+        patches[p] = (uint32_t)p;
+    }
+    if (!st) st = tli_sort_u64(m->ctx, cells, patches, count);
+    *group_count = 0;
+    for (size_t i = 0; !st && i < count; i++) {
+        if (!i || cells[i] != cells[i - 1]) ++*group_count;
+        group_of[patches[i]] = (uint32_t)*group_count - 1;
+    }
+    tl_mem_free(m->ctx, patches);
+    tl_mem_free(m->ctx, cells);
+    return st;
+}
+
+/* The group with which group shares the largest weight and is not too large; itself if none. */
+static size_t best_partner(const tli_graph *g, const uint32_t *group_of, const uint64_t *sizes,
+                           size_t group, size_t group_count, double most, uint64_t *shared)
+{
+    size_t best = group;
+    memset(shared, 0, group_count * sizeof *shared);
+    for (uint32_t p = 0; p < g->node_count; p++)
+        for (uint32_t e = g->begins[p]; group_of[p] == group && e < g->begins[p + 1]; e++)
+            if (group_of[g->targets[e]] != group) shared[group_of[g->targets[e]]] += g->weights[e];
+    for (size_t i = 0; i < group_count; i++)
+        if (shared[i] > shared[best] && (double)(sizes[i] + sizes[group]) <= most) best = i;
+    return best;
+}
+
+static tl_status merge_small(tl_ctx *ctx, const tli_graph *g, double wanted, uint32_t *group_of,
+                             size_t group_count)
+{
+    tl_status st = TL_OK;
+    uint64_t *sizes = tl_mem_zalloc(ctx, group_count, sizeof *sizes, &st);
+    uint64_t *shared = tl_mem_alloc(ctx, group_count, sizeof *shared, &st);
+    for (uint32_t p = 0; !st && p < g->node_count; p++) sizes[group_of[p]] += g->node_weights[p];
+    for (size_t i = 0; !st && i < group_count; i++) {
+        if ((double)sizes[i] >= CELL_LEAST * wanted) continue;
+        size_t to = best_partner(g, group_of, sizes, i, group_count, CELL_MOST * wanted, shared);
+        if (to == i) continue;
+        for (uint32_t p = 0; p < g->node_count; p++)
+            if (group_of[p] == i) group_of[p] = (uint32_t)to;
+        sizes[to] += sizes[i];
+        sizes[i] = 0;
+    }
+    tl_mem_free(ctx, shared);
+    tl_mem_free(ctx, sizes);
+    return st;
+}
+
+/* Divides one group; new groups are numbered from *group_count on. number [node_count] is scratch.
+ */
+static tl_status divide_group(tl_ctx *ctx, const tli_graph *g, size_t group, uint32_t parts,
+                              uint32_t *group_of, size_t *group_count, uint32_t *number)
+{
+    tl_status st = TL_OK;
+    tli_graph own = {0};
+    uint32_t edges = 0;
+    for (uint32_t p = 0; p < g->node_count; p++) {
+        if (group_of[p] != group) continue;
+        number[p] = own.node_count++;
+        edges += g->begins[p + 1] - g->begins[p];
+    }
+    own.begins = tl_mem_alloc(ctx, (size_t)own.node_count + 1, sizeof *own.begins, &st);
+    own.targets = tl_mem_alloc(ctx, edges, sizeof *own.targets, &st);
+    own.weights = tl_mem_alloc(ctx, edges, sizeof *own.weights, &st);
+    own.node_weights = tl_mem_alloc(ctx, own.node_count, sizeof *own.node_weights, &st);
+    uint32_t *part_of = tl_mem_alloc(ctx, own.node_count, sizeof *part_of, &st);
+    edges = 0;
+    for (uint32_t p = 0; !st && p < g->node_count; p++) {
+        if (group_of[p] != group) continue;
+        own.begins[number[p]] = edges;
+        own.node_weights[number[p]] = g->node_weights[p];
+        for (uint32_t e = g->begins[p]; e < g->begins[p + 1]; e++) {
+            if (group_of[g->targets[e]] != group) continue;
+            own.targets[edges] = number[g->targets[e]];
+            own.weights[edges++] = g->weights[e];
+        }
+    }
+    if (!st) own.begins[own.node_count] = edges;
+    if (!st) st = tli_graph_partition(ctx, &own, parts, part_of);
+    for (uint32_t p = 0; !st && p < g->node_count; p++)
+        if (group_of[p] == group && part_of[number[p]])
+            group_of[p] = (uint32_t)*group_count + part_of[number[p]] - 1;
+    if (!st) *group_count += parts - 1;
+    tl_mem_free(ctx, part_of);
+    tli_graph_close(ctx, &own);
+    return st;
+}
+
+static tl_status divide_large(tl_ctx *ctx, const tli_graph *g, double wanted, uint32_t *group_of,
+                              size_t *group_count)
+{
+    tl_status st = TL_OK;
+    size_t before = *group_count;
+    uint64_t *sizes = tl_mem_zalloc(ctx, before, sizeof *sizes, &st);
+    uint32_t *number = tl_mem_alloc(ctx, g->node_count, sizeof *number, &st);
+    for (uint32_t p = 0; !st && p < g->node_count; p++) sizes[group_of[p]] += g->node_weights[p];
+    for (size_t i = 0; !st && i < before; i++)
+        if ((double)sizes[i] > CELL_MOST * wanted)
+            st = divide_group(ctx, g, i, (uint32_t)((double)sizes[i] / wanted + 0.5), group_of,
+                              group_count, number);
+    tl_mem_free(ctx, number);
+    tl_mem_free(ctx, sizes);
+    return st;
+}
+
+/* Cells were made for a mesh that had yet to come: what is far too large or small now is mended. */
+static tl_status group_cells(const tli_model *m, size_t first, const tli_graph *g,
+                             uint32_t *group_of, size_t *group_count)
+{
+    double wanted = m->plan->opts.segment_tets;
+    tl_status st = number_cells(m, first, g->node_count, group_of, group_count);
+    if (!st) st = merge_small(m->ctx, g, wanted, group_of, *group_count);
+    return st ? st : divide_large(m->ctx, g, wanted, group_of, group_count);
+}
+
 static tl_status group_graph(const tli_model *m, size_t first, size_t count, const edge_list *e,
                              uint32_t *group_of, size_t *group_count)
 {
@@ -133,7 +262,10 @@ static tl_status group_graph(const tli_model *m, size_t first, size_t count, con
     if (*group_count < 1) *group_count = 1;
     if (*group_count > count) *group_count = count;
     tli_graph graph = {(uint32_t)count, offsets, neighbours, e->weights, sizes};
-    if (!st) st = tli_graph_partition(m->ctx, &graph, (uint32_t)*group_count, group_of);
+    if (!st)
+        st = count && m->patches[first].cell != TL_NONE
+                 ? group_cells(m, first, &graph, group_of, group_count)
+                 : tli_graph_partition(m->ctx, &graph, (uint32_t)*group_count, group_of);
     if (!st) st = number_groups(m, first, count, group_of, group_count);
     tl_mem_free(m->ctx, sizes);
     tl_mem_free(m->ctx, neighbours);

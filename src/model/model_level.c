@@ -201,6 +201,14 @@ static tl_status process_all(level_job *j, bool *more)
     return st;
 }
 
+static void drop_samplings(tli_model *m, size_t first, size_t end)
+{
+    for (size_t p = first; p < end; p++) {
+        tl_mem_free(m->ctx, m->patches[p].sampling);
+        m->patches[p].sampling = NULL;
+    }
+}
+
 /* One level; *more tells whether it is worth having. Its patches begin at first. */
 static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, bool *more)
 {
@@ -211,6 +219,8 @@ static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, b
     uint32_t *group_of = tl_mem_alloc(m->ctx, end - first, sizeof *group_of, &st);
     if (!st) st = tli_group(m, level_number, first, end, group_of, &groups, &level.locked);
     tli_seams_release(m->ctx, &m->seams);
+    if (!st) st = tli_cells_create(m, level_number, first, end, level.ratio, &level.cells);
+    drop_samplings(m, first, end);
     if (!st) st = list_segments(m, level_number, first, end, group_of, groups, &first_segment);
     job.segments = m->segments + first_segment;
     level.first_segment = first_segment;
@@ -224,6 +234,7 @@ static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, b
     for (size_t s = 0; job.products && s < groups; s++)
         tli_product_release(m->ctx, &job.products[s]);
     tl_mem_free(m->ctx, job.products);
+    tli_cells_destroy(level.cells);
     tli_locked_release(&level.locked);
     tl_mem_free(m->ctx, group_of);
     return st;

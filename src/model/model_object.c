@@ -112,6 +112,7 @@ tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_work *work, tl
 static void release_patch(tl_ctx *ctx, tli_patch_note *p)
 {
     for (int k = 0; k < TLI_KINDS; k++) tl_mem_free(ctx, p->extents[k].items);
+    tl_mem_free(ctx, p->sampling);
     tl_mem_free(ctx, p->squares);
     tl_mem_free(ctx, p->ranges);
 }

@@ -27,7 +27,8 @@ tl_build_opts tl_build_opts_defaults(void)
                            .channel_error = 1e-4,
                            .position_error = 1e-5,
                            .boundary_error = 0.05,
-                           .reduction = 0.5};
+                           .reduction = 0.5,
+                           .partition = TL_PARTITION_VORONOI};
 }
 
 tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *o)
@@ -39,6 +40,9 @@ tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *o)
                        o->position_error);
     if (!(o->boundary_error >= 0) || !isfinite(o->boundary_error))
         return tl_fail(ctx, TL_ERR_ARG, "boundary error %g, expected 0 or more", o->boundary_error);
+    if (o->partition > TL_PARTITION_VORONOI)
+        return tl_fail(ctx, TL_ERR_ARG, "partition %d, expected 0 to %d", (int)o->partition,
+                       TL_PARTITION_VORONOI);
     if (!(o->reduction >= 0.25 && o->reduction <= 0.75))
         return tl_fail(ctx, TL_ERR_ARG, "reduction %g, expected 0.25 to 0.75", o->reduction);
     return TL_OK;

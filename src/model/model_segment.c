@@ -238,8 +238,28 @@ static void note_surface(job *j)
             fmax(j->product->errors.surface, (double)j->piece.surface_bounds[v]);
 }
 
+/* Parts of the new mesh: pieces of the cells of the next partition, or of itself. */
+static tl_status cut_parts(job *j, uint32_t **part_cells)
+{
+    tl_status st = TL_OK;
+    const tl_mesh *mesh = j->piece.mesh;
+    const tli_cells *cells = j->level->cells;
+    size_t part_tets = j->plan->opts.patch_tets, *count = &j->product->patch_count;
+    *part_cells = NULL;
+    if (!cells)
+        return tli_split(j->ctx, mesh->xyz, mesh->tets, mesh->tet_count, part_tets, j->part, count);
+    uint32_t *cell_of = tl_mem_alloc(j->ctx, mesh->tet_count, sizeof *cell_of, &st);
+    if (!st) st = tli_cells_find(j->ctx, cells, mesh, cell_of);
+    if (!st)
+        st = tli_split_cells(j->ctx, mesh, j->opposite, cell_of, part_tets, j->part, count,
+                             part_cells);
+    tl_mem_free(j->ctx, cell_of);
+    return st;
+}
+
 static tl_status write_patches(job *j)
 {
+    uint32_t *part_cells = NULL;
     const tl_mesh *mesh = j->piece.mesh;
     tli_product *p = j->product;
     tl_status st = TL_OK;
@@ -253,9 +273,7 @@ static tl_status write_patches(job *j)
         outside[v] = j->weld.locked[j->piece.origins[v]];
         twins[v] = j->weld.twins[j->piece.origins[v]];
     }
-    if (!st)
-        st = tli_split(j->ctx, mesh->xyz, mesh->tets, mesh->tet_count, j->plan->opts.patch_tets,
-                       j->part, &p->patch_count);
+    if (!st) st = cut_parts(j, &part_cells);
     p->patches = tl_mem_zalloc(j->ctx, p->patch_count, sizeof *p->patches, &st);
     if (st) p->patch_count = 0;
     tli_cut cut = {.mesh = mesh,
@@ -269,6 +287,9 @@ static tl_status write_patches(job *j)
                    .part_count = p->patch_count,
                    .tet_local = j->tet_local};
     if (!st) st = tli_cut_write(j->ctx, j->level->model, &cut, p->patches, &p->shared);
+    for (size_t i = 0; !st && i < p->patch_count; i++)
+        p->patches[i].cell = part_cells ? part_cells[i] : TL_NONE;
+    tl_mem_free(j->ctx, part_cells);
     tl_mem_free(j->ctx, twins);
     tl_mem_free(j->ctx, outside);
     tl_mem_free(j->ctx, ids);

@@ -1,5 +1,6 @@
 /* A mesh in parts of about equal size: planes across the longest side of the centroids' box, so
- * that parts are compact and the cuts do not depend on the order of tets. */
+ * that parts are compact and the cuts do not depend on the order of tets. Where the mesh lies in
+ * several cells, no part does; what a cell has too little of goes with a neighbour. */
 #include <math.h>
 #include <string.h>
 
@@ -10,6 +11,9 @@ typedef struct centre {
     double x[3];
     uint32_t tet;
 } centre;
+
+/* A cell's tets in a mesh are a sliver below that part of a part's size. */
+enum { SLIVER = 8 };
 
 typedef struct split {
     centre *centres;
@@ -81,28 +85,173 @@ static void cut(split *s, size_t begin, size_t end, size_t parts)
         s->count++;
         return;
     }
-    size_t low = parts / 2, middle = begin + (end - begin) / parts * low;
+    size_t low = parts / 2, middle = begin + (end - begin) * low / parts;
     select_at(s->centres, begin, end, middle, longest_axis(s->centres, begin, end));
     cut(s, begin, middle, low);
     cut(s, middle, end, parts - low);
 }
 
-tl_status tli_split(tl_ctx *ctx, const double *xyz, const tl_lidx *tets, size_t tet_count,
-                    size_t part_tets, uint32_t *part, size_t *part_count)
+static tl_status open_split(tl_ctx *ctx, const double *xyz, const tl_lidx *tets, size_t tet_count,
+                            size_t part_tets, uint32_t *part, split *s)
 {
     tl_status st = TL_OK;
-    split s = {tl_mem_alloc(ctx, tet_count, sizeof(centre), &st), part_tets, part, 0};
+    *s = (split){tl_mem_alloc(ctx, tet_count, sizeof(centre), &st), part_tets, part, 0};
     if (st) return st;
     for (size_t t = 0; t < tet_count; t++) {
-        s.centres[t].tet = (uint32_t)t;
+        s->centres[t].tet = (uint32_t)t;
         for (int k = 0; k < 3; k++) {
             double sum = 0;
             for (size_t i = 0; i < 4; i++) sum += xyz[3 * (size_t)tets[4 * t + i] + (size_t)k];
-            s.centres[t].x[k] = isfinite(sum) ? sum : 0;
+            s->centres[t].x[k] = isfinite(sum) ? sum : 0;
         }
     }
+    return TL_OK;
+}
+
+tl_status tli_split(tl_ctx *ctx, const double *xyz, const tl_lidx *tets, size_t tet_count,
+                    size_t part_tets, uint32_t *part, size_t *part_count)
+{
+    split s;
+    tl_status st = open_split(ctx, xyz, tets, tet_count, part_tets, part, &s);
+    if (st) return st;
     if (tet_count) cut(&s, 0, tet_count, (tet_count + part_tets - 1) / part_tets);
     *part_count = s.count;
     tl_mem_free(ctx, s.centres);
     return TL_OK;
+}
+
+/* ---- by cells ---- */
+
+/* The cells of a mesh, numbered in the order they come. */
+typedef struct local_cells {
+    uint32_t *numbers; /* [count] */
+    size_t *tets;      /* [count] */
+    size_t count;
+} local_cells;
+
+static tl_status list_cells(tl_ctx *ctx, uint32_t *cell_of, size_t tet_count, local_cells *cells)
+{
+    tl_status st = TL_OK;
+    size_t capacity = 0, last = 0;
+    *cells = (local_cells){0};
+    for (size_t t = 0; t < tet_count; t++) {
+        size_t c = last; /* that of the tet before, mostly */
+        if (c >= cells->count || cells->numbers[c] != cell_of[t])
+            for (c = 0; c < cells->count && cells->numbers[c] != cell_of[t]; c++) {
+            }
+        if (c == cells->count) {
+            if (c == capacity) {
+                capacity = capacity ? 2 * capacity : 64;
+                cells->numbers =
+                    tl_mem_resize(ctx, cells->numbers, capacity, sizeof *cells->numbers, &st);
+                cells->tets = tl_mem_resize(ctx, cells->tets, capacity, sizeof *cells->tets, &st);
+                if (st) return st;
+            }
+            cells->numbers[c] = cell_of[t];
+            cells->tets[c] = 0;
+            cells->count++;
+        }
+        cells->tets[c]++;
+        cell_of[t] = (uint32_t)c;
+        last = c;
+    }
+    return TL_OK;
+}
+
+/* The cell that shares the most faces with another one; where none does, the largest. faces
+ * [cells->count] is scratch. */
+static size_t best_neighbour(const tl_lidx *opposite, const uint32_t *cell_of, size_t tet_count,
+                             size_t cell, const local_cells *cells, size_t *faces)
+{
+    size_t best = cell;
+    memset(faces, 0, cells->count * sizeof *faces);
+    for (size_t i = 0; i < 4 * tet_count; i++)
+        if (cell_of[i / 4] == cell && opposite[i] != TL_NONE && cell_of[opposite[i] / 4] != cell)
+            faces[cell_of[opposite[i] / 4]]++;
+    for (size_t c = 0; c < cells->count; c++)
+        if (faces[c] > faces[best]) best = c;
+    for (size_t c = 0; !faces[best] && c < cells->count; c++)
+        if (cells->tets[c] > cells->tets[best]) best = c;
+    return best;
+}
+
+/* Gives slivers to their neighbours, the smallest first. */
+static tl_status merge_slivers(tl_ctx *ctx, const tl_lidx *opposite, uint32_t *cell_of,
+                               size_t tet_count, size_t least, local_cells *cells)
+{
+    tl_status st = TL_OK;
+    size_t *faces = tl_mem_alloc(ctx, cells->count, sizeof *faces, &st);
+    while (!st) {
+        size_t smallest = cells->count;
+        for (size_t c = 0; c < cells->count; c++)
+            if (cells->tets[c] && cells->tets[c] < least &&
+                (smallest == cells->count || cells->tets[c] < cells->tets[smallest]))
+                smallest = c;
+        if (smallest == cells->count) break;
+        size_t to = best_neighbour(opposite, cell_of, tet_count, smallest, cells, faces);
+        if (to == smallest) break; /* all there is */
+        for (size_t t = 0; t < tet_count; t++)
+            if (cell_of[t] == smallest) cell_of[t] = (uint32_t)to;
+        cells->tets[to] += cells->tets[smallest];
+        cells->tets[smallest] = 0;
+    }
+    tl_mem_free(ctx, faces);
+    return st;
+}
+
+/* Orders the centres by cells, and cuts each cell. */
+static tl_status cut_cells(tl_ctx *ctx, split *s, const uint32_t *cell_of, size_t tet_count,
+                           const local_cells *cells, uint32_t **part_cells)
+{
+    tl_status st = TL_OK;
+    size_t begin = 0, parts = 0;
+    centre *by_cell = tl_mem_alloc(ctx, tet_count, sizeof *by_cell, &st);
+    size_t *places = tl_mem_alloc(ctx, cells->count, sizeof *places, &st);
+    for (size_t c = 0; !st && c < cells->count; c++) {
+        places[c] = begin;
+        begin += cells->tets[c];
+        parts += (cells->tets[c] + s->part_tets - 1) / s->part_tets;
+    }
+    *part_cells = tl_mem_alloc(ctx, parts, sizeof **part_cells, &st);
+    for (size_t t = 0; !st && t < tet_count; t++) by_cell[places[cell_of[t]]++] = s->centres[t];
+    if (!st) {
+        tl_mem_free(ctx, s->centres);
+        s->centres = by_cell;
+        by_cell = NULL;
+        begin = 0;
+    }
+    for (size_t c = 0; !st && c < cells->count; c++) {
+        size_t count = cells->tets[c];
+        if (!count) continue;
+        uint32_t first = s->count;
+        cut(s, begin, begin + count, (count + s->part_tets - 1) / s->part_tets);
+        for (uint32_t p = first; p < s->count; p++) (*part_cells)[p] = cells->numbers[c];
+        begin += count;
+    }
+    tl_mem_free(ctx, places);
+    tl_mem_free(ctx, by_cell);
+    return st;
+}
+
+tl_status tli_split_cells(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
+                          uint32_t *cell_of, size_t part_tets, uint32_t *part, size_t *part_count,
+                          uint32_t **part_cells)
+{
+    split s = {0};
+    local_cells cells = {0};
+    size_t n = mesh->tet_count;
+    *part_cells = NULL;
+    tl_status st = list_cells(ctx, cell_of, n, &cells);
+    if (!st) st = merge_slivers(ctx, opposite, cell_of, n, part_tets / SLIVER, &cells);
+    if (!st) st = open_split(ctx, mesh->xyz, mesh->tets, n, part_tets, part, &s);
+    if (!st) st = cut_cells(ctx, &s, cell_of, n, &cells, part_cells);
+    *part_count = s.count;
+    tl_mem_free(ctx, s.centres);
+    tl_mem_free(ctx, cells.tets);
+    tl_mem_free(ctx, cells.numbers);
+    if (st) {
+        tl_mem_free(ctx, *part_cells);
+        *part_cells = NULL;
+    }
+    return st;
 }

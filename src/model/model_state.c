@@ -57,13 +57,17 @@ static void put_survey(pen *p, const tli_survey *s, size_t channels)
 static void put_patch(pen *p, const tli_patch_note *note, size_t fields)
 {
     tli_patch_note plain = *note;
+    uint64_t samplings = note->sampling != NULL;
     plain.squares = plain.ranges = NULL;
+    plain.sampling = NULL;
     for (int k = 0; k < TLI_KINDS; k++) plain.extents[k].items = NULL;
     put(p, &plain, sizeof plain);
     put(p, note->squares, fields * sizeof *note->squares);
     put(p, note->ranges, 2 * fields * sizeof *note->ranges);
     for (int k = 0; k < TLI_KINDS; k++)
         put(p, note->extents[k].items, note->extents[k].count * sizeof(tli_extent));
+    put(p, &samplings, sizeof samplings);
+    put(p, note->sampling, samplings * sizeof *note->sampling);
 }
 
 static void put_segment(pen *p, const tli_segment_note *note, size_t fields)
@@ -229,9 +233,11 @@ tl_status tli_work_load_survey(tli_work *w, size_t channel_count, tli_survey *su
 static tl_status take_patch(tli_work *w, tli_patch_note *note, size_t fields)
 {
     tli_patch_note plain;
+    uint64_t samplings = 0;
     tl_status st = take(w, &plain, sizeof plain);
     if (st) return st;
     plain.squares = plain.ranges = NULL;
+    plain.sampling = NULL;
     for (int k = 0; k < TLI_KINDS; k++) {
         plain.extents[k].items = NULL;
         plain.extents[k].capacity = plain.extents[k].count;
@@ -241,6 +247,9 @@ static tl_status take_patch(tli_work *w, tli_patch_note *note, size_t fields)
     if (!st) st = take_array(w, 2 * fields, sizeof(double), &note->ranges);
     for (int k = 0; !st && k < TLI_KINDS; k++)
         st = take_array(w, note->extents[k].count, sizeof(tli_extent), &note->extents[k].items);
+    if (!st) st = take(w, &samplings, sizeof samplings);
+    if (!st && samplings > 1) st = damaged(w);
+    if (!st && samplings) st = take_array(w, 1, sizeof *note->sampling, &note->sampling);
     return st;
 }
 

@@ -380,6 +380,11 @@ static tl_status write_part(cutter *c, size_t part, tli_patch_note *note, tli_sh
     size_t fields = c->model->plan->field_count;
     note->squares = tl_mem_zalloc(c->ctx, fields, sizeof *note->squares, &st);
     note->ranges = tl_mem_zalloc(c->ctx, 2 * fields, sizeof *note->ranges, &st);
+    if (c->model->plan->opts.partition != TL_PARTITION_CLUSTER) {
+        note->sampling = tl_mem_alloc(c->ctx, 1, sizeof *note->sampling, &st);
+        if (!st)
+            tli_sampling_set(mesh->xyz, mesh->tets, c->tets + begin, end - begin, note->sampling);
+    }
     if (!st)
         st = tli_bundle_create(c->ctx, c->model->plan, (uint32_t)n, (uint32_t)(end - begin),
                                c->cut->quadrics != NULL, &b);

@@ -83,6 +83,7 @@ static void say_building(words *w, const tl_build_opts *o)
     say(w, "lossless: %d\nplain numbers: %d\n", o->lossless, o->raw);
     say(w, "segment tets: %u\npatch tets: %u\nreduction: %.17g\n", o->segment_tets, o->patch_tets,
         o->reduction);
+    say(w, "partition: %d\n", (int)o->partition);
     for (size_t i = 0; i < o->steer_count; i++) say(w, "steering step: %u\n", o->steer[i]);
 }
 
