@@ -22,6 +22,17 @@ tl_status tli_map_open(tl_ctx *ctx, const char *path, tli_map *map);
 void tli_map_forget(const tli_map *map, uint64_t begin, uint64_t end);
 void tli_map_close(tl_ctx *ctx, tli_map *map);
 
+/* What tells one state of a regular file from the next; of all else nothing. */
+typedef struct tli_stamp {
+    bool is_regular;
+    uint64_t bytes, node;
+    int64_t seconds, nanoseconds;
+} tli_stamp;
+tli_stamp tli_stamp_take(const char *path);
+bool tli_stamp_holds(const char *path, const tli_stamp *before);
+/* After a file was read with that status: TL_ERR_DATA, or a note, if it changed meanwhile. */
+tl_status tli_stamp_check(tl_ctx *ctx, const char *path, const tli_stamp *before, tl_status status);
+
 /* A regular file, or bytes in memory, read at places by any number of threads. Nothing is mapped: a
  * file that is cut short while it is open gives an error. */
 typedef struct tli_pread {

@@ -188,7 +188,11 @@ tl_status tli_scratch_write(tl_ctx *ctx, tli_scratch *s, uint64_t ofs, const voi
         size_t piece = byte_count < IO_BYTES_MAX ? byte_count : IO_BYTES_MAX;
         ssize_t done = tli_file_fault(s->ctx) ? -1 : pwrite(s->fd, from, piece, (off_t)ofs);
         if (done < 0 && errno == EINTR) continue;
-        if (done < 0) return fail(ctx, s, "can't be written");
+        if (done < 0)
+            return tli_fail_system(ctx, TL_ERR_IO, errno,
+                                   "'%s': %scan't be written, %zu bytes at byte %llu", s->folder,
+                                   s->reading ? "" : "a working file ", byte_count,
+                                   (unsigned long long)ofs);
         from += done;
         ofs += (uint64_t)done;
         byte_count -= (size_t)done;

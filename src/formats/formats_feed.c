@@ -258,7 +258,9 @@ tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
     *feed = NULL;
     tl_status st = feed_create(ctx, opts, memory_bytes, feed);
     if (st) return st;
-    if ((*feed)->opts.split != 5 && (*feed)->opts.split != 6)
+    (*feed)->path = tli_strdup(ctx, path, &st);
+    (*feed)->stamp = tli_stamp_take(path);
+    if (!st && (*feed)->opts.split != 5 && (*feed)->opts.split != 6)
         st = tl_fail(ctx, TL_ERR_ARG, "a structured cell is split into 5 or 6 tets, not %d",
                      (*feed)->opts.split);
     if (!st) st = open_windowed(*feed, path, &feeder);
@@ -310,6 +312,7 @@ void tli_feed_close(tli_feed *feed)
         tl_mem_free(ctx, (char *)(uintptr_t)feed->channels[i].name);
     tl_mem_free(ctx, feed->steps);
     tl_mem_free(ctx, feed->channels);
+    tl_mem_free(ctx, feed->path);
     tl_mem_free(ctx, feed->used);
     tl_mem_free(ctx, feed->range_xyz);
     if (feed->feeder) feed->feeder->close(feed->feeder);
@@ -479,6 +482,8 @@ static tl_status count_nonfinite(tli_feed *feed, uint64_t *bad)
 tl_status tli_feed_report(tli_feed *feed, tl_read_report *report)
 {
     tl_status st = TL_OK;
+    if (feed->path) st = tli_stamp_check(feed->ctx, feed->path, &feed->stamp, st);
+    if (st) return st;
     if (!feed->has_report && !feed->feeder->is_final) {
         const uint64_t points = feed->feeder->point_count;
         uint64_t used = 0;

@@ -65,8 +65,9 @@ tl_status tli_feed_next(tli_feed *feed, tli_window *window, bool *more);
 /* Back to the first window. */
 void tli_feed_rewind(tli_feed *feed);
 
-/* After all windows were read once: says in the log what was dropped and changed, and fills report
- * (may be NULL) as tl_mesh_read does. Reads the points once more. */
+/* After all windows were read once: proves that the file did not change meanwhile (TL_ERR_DATA),
+ * says in the log what was dropped and changed, and fills report (may be NULL) as tl_mesh_read
+ * does. Reads the points once more. */
 tl_status tli_feed_report(tli_feed *feed, tl_read_report *report);
 
 #endif

@@ -46,6 +46,8 @@ struct tli_feed {
     tl_read_opts opts;
     tli_map map;
     bool has_map;
+    char *path; /* owned; NULL: a mesh in memory */
+    tli_stamp stamp;
     uint64_t memory_bytes, tet_estimate;
     int region_index; /* among the cell arrays, ghosts left out; -1: none */
     bool has_regions;

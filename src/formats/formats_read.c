@@ -261,6 +261,7 @@ tl_status tl_mesh_read(tl_ctx *ctx, const char *path, const tl_read_opts *opts, 
     *mesh = NULL;
     if (report) *report = (tl_read_report){0};
     tl_status st = take_opts(ctx, opts, &filled);
+    tli_stamp before = tli_stamp_take(path);
     if (!st) st = source_open(ctx, path, 0, &source);
     if (st) return st;
     tli_grid grid;
@@ -273,6 +274,11 @@ tl_status tl_mesh_read(tl_ctx *ctx, const char *path, const tl_read_opts *opts, 
         if (st) tl_note(ctx, st, "while turning '%s' into tets", path);
     }
     tli_grid_release(&grid);
+    st = tli_stamp_check(ctx, path, &before, st);
+    if (st) {
+        tl_mesh_destroy(*mesh);
+        *mesh = NULL;
+    }
     return st;
 }
 

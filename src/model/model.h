@@ -6,9 +6,11 @@
 #include <string.h>
 
 #include "base/base.h"
+#include "formats/formats_feed.h"
 #include "mesh/mesh.h"
 #include "model/model_cells.h"
 #include "model/model_depot.h"
+#include "model/model_need.h"
 #include "model/model_seams.h"
 #include "model/model_tape.h"
 #include "simplify/simplify_piece.h"
@@ -317,6 +319,9 @@ tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *opts);
 tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_survey *survey,
                           const tl_build_opts *opts, tli_plan *plan);
 void tli_plan_release(tli_plan *plan);
+/* What the build of a data set will need. */
+tli_need tli_plan_need(const tl_build_opts *opts, const tl_segments *segments);
+tli_need tli_plan_need_of_feed(const tl_build_opts *opts, const tli_feed *feed);
 /* A value as it will be decoded. */
 double tli_field_round(const tli_field *field, double value);
 /* The bin of a value, or of a norm. */

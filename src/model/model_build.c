@@ -1,5 +1,7 @@
 /* The driver of a build. */
 #include <math.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
 
 #include "model/model_work.h"
 
@@ -168,6 +170,37 @@ static tl_status open_segments(tl_ctx *ctx, const tli_source *from, const tl_seg
     return st;
 }
 
+/* The message of a build that lacks memory says how much would do. */
+static tl_status note_memory(tl_ctx *ctx, tl_status st, const tli_source *from,
+                             const tl_build_opts *opts, tli_need need)
+{
+    enum { LOOK_BYTES = 1 << 20 };
+    tli_feed *feed = NULL;
+    const char *input = from->step_count ? from->steps->path : from->input;
+    if (!need.tets && input && !tli_feed_open(ctx, input, from->read, LOOK_BYTES, &feed))
+        need = tli_plan_need_of_feed(opts, feed);
+    tli_feed_close(feed);
+    if (!need.tets) return st;
+    return tl_note(ctx, st, "a limit of %lluM would do",
+                   (unsigned long long)(tli_need_least(&need) >> 20));
+}
+
+/* The same of the disk. Of what the system says of a full one, nothing tells how much is missing.
+ */
+static tl_status note_disk(tl_ctx *ctx, tl_status st, const tl_build_opts *opts, tli_need need)
+{
+    struct statvfs disk;
+    struct rlimit file;
+    const char *folder = opts->folder ? opts->folder : "/tmp";
+    uint64_t bytes = tli_need_disk(&need), room = UINT64_MAX;
+    if (!need.tets) return st;
+    if (!statvfs(folder, &disk)) room = (uint64_t)disk.f_bavail * disk.f_frsize;
+    if (!getrlimit(RLIMIT_FSIZE, &file) && file.rlim_cur < room) room = file.rlim_cur;
+    if (room >= bytes) return st;
+    return tl_note(ctx, st, "the work takes about %llu bytes in '%s', where %llu can be written",
+                   (unsigned long long)bytes, folder, (unsigned long long)room);
+}
+
 static tl_status build_any(tl_ctx *ctx, const tli_source *from, const char *path,
                            const tl_build_opts *given, tl_build_result *result)
 {
@@ -175,6 +208,7 @@ static tl_status build_any(tl_ctx *ctx, const tli_source *from, const char *path
     tl_segment_opts segment;
     tl_segments *segments = NULL;
     tli_work work = {0};
+    tli_need need = {0};
     tl_build_result r = {0};
     double start = tli_clock_s();
     *result = r;
@@ -184,11 +218,14 @@ static tl_status build_any(tl_ctx *ctx, const tli_source *from, const char *path
         st = tl_fail(ctx, TL_ERR_DATA, "the mesh has no tets");
     if (!st) st = tli_work_open(ctx, from, &opts, &work);
     if (!st) st = open_segments(ctx, from, &segment, &work, &segments);
-    if (!st) r.tets_in = tl_segments_tet_count(segments);
+    if (!st) need = tli_plan_need(&opts, segments);
+    r.tets_in = need.tets;
     if (!st && !tli_work_ends(&work, TLI_STAGE_SEGMENT))
         st = build(ctx, &segments, &work, path, &opts, &r);
     tl_segments_destroy(segments);
     tli_work_close(&work);
+    if (st == TL_ERR_BUDGET) st = note_memory(ctx, st, from, &opts, need);
+    if (st == TL_ERR_IO) st = note_disk(ctx, st, &opts, need);
     r.seconds = tli_clock_s() - start;
     r.peak_bytes = tl_ctx_peak_bytes(ctx);
     if (st) {

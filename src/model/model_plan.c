@@ -255,6 +255,39 @@ static tl_status set_fields(tli_plan *p, const tl_segments *segments, const tli_
     return st;
 }
 
+static void set_sizes(tl_build_opts *opts)
+{
+    if (!opts->segment_tets) opts->segment_tets = SEGMENT_TETS;
+    if (!opts->patch_tets) opts->patch_tets = PATCH_TETS;
+}
+
+tli_need tli_plan_need(const tl_build_opts *opts, const tl_segments *segments)
+{
+    tl_build_opts sized = *opts;
+    set_sizes(&sized);
+    return (tli_need){.tets = tl_segments_tet_count(segments),
+                      .vert_comps = tl_segments_components(segments, TL_ON_VERTEX),
+                      .tet_comps = tl_segments_components(segments, TL_ON_TET),
+                      .fields = tl_segments_channel_count(segments),
+                      .segment_tets = sized.segment_tets,
+                      .patch_tets = sized.patch_tets};
+}
+
+tli_need tli_plan_need_of_feed(const tl_build_opts *opts, const tli_feed *feed)
+{
+    tl_build_opts sized = *opts;
+    size_t count, components[2] = {0, 0};
+    const tl_channel *channels = tli_feed_channels(feed, &count);
+    set_sizes(&sized);
+    for (size_t i = 0; i < count; i++) components[channels[i].on] += channels[i].components;
+    return (tli_need){.tets = tli_feed_tet_estimate(feed),
+                      .vert_comps = components[TL_ON_VERTEX],
+                      .tet_comps = components[TL_ON_TET],
+                      .fields = count,
+                      .segment_tets = sized.segment_tets,
+                      .patch_tets = sized.patch_tets};
+}
+
 tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_survey *survey,
                           const tl_build_opts *opts, tli_plan *p)
 {
@@ -267,8 +300,7 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
         tli_plan_release(p);
         return st;
     }
-    if (!p->opts.segment_tets) p->opts.segment_tets = SEGMENT_TETS;
-    if (!p->opts.patch_tets) p->opts.patch_tets = PATCH_TETS;
+    set_sizes(&p->opts);
     p->source_vert_comps = tl_segments_components(segments, TL_ON_VERTEX);
     p->source_tet_comps = tl_segments_components(segments, TL_ON_TET);
     p->quadric_floats = tli_piece_quadric_floats(steering_comps);
@@ -281,7 +313,8 @@ tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_su
     }
     p->diagonal = sqrt(square);
     p->boundary_error = p->opts.boundary_error * p->diagonal;
-    p->at_once = tl_ctx_thread_count(ctx);
+    tli_need need = tli_plan_need(&p->opts, segments);
+    p->at_once = tli_need_at_once(&need, opts->memory_bytes, tl_ctx_thread_count(ctx));
     p->bin_bytes = opts->memory_bytes ? opts->memory_bytes / BIN_PART : BIN_BYTES;
     if (p->bin_bytes < BIN_BYTES_MIN) p->bin_bytes = BIN_BYTES_MIN;
     return TL_OK;

@@ -416,6 +416,7 @@ static tl_status build(tli_build *b, const char *path, tl_segments **segments)
     if (!st) st = tli_build_link(b);
     if (!st && b->opts.adjacency) st = tli_segments_match_faces(b->segments);
     if (!st) st = tli_segments_write_index(b->segments);
+    if (!st && b->report) st = tli_feed_report(b->feed, b->report);
     if (!st && path) st = tli_scratch_keep(b->segments->file, path);
     if (st) return st;
     *segments = b->segments;
@@ -450,12 +451,9 @@ tl_status tl_segments_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const tl_segm
 static tl_status build_read(tli_build *b, tl_status st, const char *input, const char *path,
                             tl_segments **segments, tl_read_report *report)
 {
+    tl_read_report unread;
+    b->report = report ? report : &unread;
     if (!st) st = build(b, path, segments);
-    if (!st) st = tli_feed_report(b->feed, report);
-    if (st) {
-        tl_segments_destroy(*segments);
-        *segments = NULL;
-    }
     build_release(b);
     return st ? tl_note(b->ctx, st, "while cutting '%s' into segments", input) : TL_OK;
 }

@@ -17,6 +17,7 @@ typedef struct tli_build {
     tl_segment_opts opts;
     const double *rotation; /* [9] of the octree, or NULL */
     tl_segments *segments;
+    tl_read_report *report; /* of the feed, before the file is kept; NULL: not asked for */
     tli_octree octree;
 
     uint32_t part_count;
