@@ -230,7 +230,7 @@ static tl_status build_any(tl_ctx *ctx, const tli_source *from, const char *path
     r.peak_bytes = tl_ctx_peak_bytes(ctx);
     if (st) {
         tl_build_release(ctx, &r);
-        return tl_note(ctx, st, "while building '%s'", path);
+        return tl_note(ctx, st, "while building '%s'", path ? path : "a model");
     }
     *result = r;
     return TL_OK;
