@@ -163,6 +163,8 @@ tl_status tli_model_add_segments(tli_model *model, size_t count, size_t *first);
 tl_status tli_extents_add(tl_ctx *ctx, tli_extents *extents, uint64_t ofs, uint64_t count);
 tl_status tli_errors_create(tl_ctx *ctx, const tli_plan *plan, tli_errors *errors);
 void tli_errors_release(tl_ctx *ctx, tli_errors *errors);
+/* The larger of both, each by itself. */
+void tli_errors_join(const tli_plan *plan, const tli_errors *from, tli_errors *to);
 
 /* ---- model_split.c ---- */
 /* Cuts the tets [tet_count] into parts of about part_tets by planes through their centroids:
@@ -252,10 +254,22 @@ typedef struct tli_carrier {
     const tl_lidx *opposite;
     tl_locator *locator; /* made when it is needed */
     tli_errors *errors;
+    double (*frames)[12]; /* [tet_count] what weights are computed from; or NULL */
 } tli_carrier;
+/* Makes the frames; tli_carrier_close. */
+tl_status tli_carrier_open(tl_ctx *ctx, const tli_plan *plan, tl_mesh *mesh,
+                           const tl_lidx *opposite, tli_errors *errors, tli_carrier *carrier);
+void tli_carrier_close(tli_carrier *carrier);
 /* The tet that holds x, or the nearest one; weights of the nearest point; distance to it. */
 tl_status tli_carrier_locate(tli_carrier *carrier, const double x[3], tl_lidx hint, tl_lidx *tet,
                              double weights[4], double *distance);
+/* The same by steps from the hint (TL_NONE: none); false where it is not found so. */
+bool tli_carrier_near(const tli_carrier *carrier, const double x[3], tl_lidx hint, tl_lidx *tet,
+                      double weights[4], double *distance);
+/* The same with the locator, which must be there: tli_carrier_survey. */
+tl_status tli_carrier_find(const tli_carrier *carrier, const double x[3], tl_lidx *tet,
+                           double weights[4], double *distance);
+tl_status tli_carrier_survey(tli_carrier *carrier);
 /* The same in a tet that is known. */
 void tli_carrier_weigh(const tli_carrier *carrier, const double x[3], tl_lidx tet,
                        double weights[4], double *distance);
@@ -331,11 +345,31 @@ static inline unsigned tli_field_bin(const tli_field *field, double value)
 }
 
 /* ---- model_records.c: streams of records ---- */
-/* Called for each record of a patch in order; number counts them over all inputs of a segment. */
-typedef tl_status (*tli_record_fn)(void *user, uint32_t input, size_t number, const double *record);
-/* Reads the records of one kind of all inputs, in windows. */
+/* Records of one input that lie behind each other, and what is found of them. */
+typedef struct tli_record_window {
+    uint32_t input;
+    size_t count;
+    double *records;      /* [count][doubles] */
+    tl_lidx *tets;        /* [count] */
+    double (*weights)[4]; /* [count] */
+    double *sums;         /* [sum_count], 0 at first */
+    double box[6];        /* of the places */
+    size_t left;          /* records that take another look */
+} tli_record_window;
+/* What is done with a window: in the order of windows, by any thread in any order, by the latter
+ * again where records are left (after look, once), in order again. NULL: nothing. */
+typedef struct tli_pass {
+    tl_status (*before)(void *user, tli_record_window *window);
+    tl_status (*work)(void *user, tli_record_window *window, unsigned worker);
+    tl_status (*look)(void *user);
+    tl_status (*again)(void *user, tli_record_window *window, unsigned worker);
+    tl_status (*after)(void *user, tli_record_window *window);
+    void *user;
+    size_t sum_count;
+} tli_pass;
+/* Reads the records of one kind of all inputs, in windows that do not depend on threads. */
 tl_status tli_records_read(tl_ctx *ctx, const tli_model *model, tli_depot *from,
-                           const tli_segment_note *segment, int kind, tli_record_fn fn, void *user);
+                           const tli_segment_note *segment, int kind, const tli_pass *pass);
 static inline tl_lidx tli_record_tet(const double *record, size_t doubles)
 {
     uint64_t bits;

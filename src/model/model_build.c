@@ -12,20 +12,12 @@ enum { SEGMENT_PART = 2 };
  * their levels. */
 void tli_model_saturate(tli_model *m)
 {
-    size_t bins = m->plan->field_count * TLI_BINS;
     for (size_t s = 0; s < m->segment_count; s++) {
         tli_segment_note *to = &m->segments[s];
         for (uint32_t i = 0; i < to->input_count; i++) {
             uint32_t producer = m->patches[to->inputs[i]].producer;
             if (producer == TL_NONE) continue;
-            const tli_errors *from = &m->segments[producer].errors;
-            to->errors.surface = fmax(to->errors.surface, from->surface);
-            for (size_t f = 0; f < m->plan->field_count; f++)
-                to->errors.max[f] = fmax(to->errors.max[f], from->max[f]);
-            for (size_t b = 0; b < bins; b++) {
-                to->errors.field[b] = fmaxf(to->errors.field[b], from->field[b]);
-                to->errors.space[b] = fmaxf(to->errors.space[b], from->space[b]);
-            }
+            tli_errors_join(m->plan, &m->segments[producer].errors, &to->errors);
         }
     }
 }

@@ -16,30 +16,62 @@ static const double ON_FACE = -1e-10;
 
 /* ---- places ---- */
 
-/* Weights of x in a tet; false for a flat or turned one. */
-static bool weigh(const tl_mesh *mesh, tl_lidx tet, const double x[3], double w[4])
+/* First corner, and rows that give the weights of the other ones; not a number where a tet is flat
+ * or turned. */
+static void set_frame(const tl_mesh *mesh, tl_lidx tet, double frame[12])
 {
     const tl_lidx *q = mesh->tets + 4 * (size_t)tet;
     const double *o = mesh->xyz + 3 * (size_t)q[0];
-    double e[4][3], c[3][3];
-    for (int j = 0; j < 3; j++) {
-        for (int i = 0; i < 3; i++) e[i][j] = mesh->xyz[3 * (size_t)q[i + 1] + (size_t)j] - o[j];
-        e[3][j] = x[j] - o[j];
-    }
-    for (int i = 0; i < 3; i++) vec_cross(e[(i + 1) % 3], e[(i + 2) % 3], c[i]);
-    double det = vec_dot(e[0], c[0]);
-    if (!(det > 0)) return false;
-    double inv = 1 / det;
-    for (int i = 0; i < 3; i++) w[i + 1] = vec_dot(e[3], c[i]) * inv;
+    double e[3][3], *rows = frame + 3;
+    for (int i = 0; i < 3; i++) vec_sub(mesh->xyz + 3 * (size_t)q[i + 1], o, e[i]);
+    for (int i = 0; i < 3; i++) vec_cross(e[(i + 1) % 3], e[(i + 2) % 3], rows + 3 * i);
+    double det = vec_dot(e[0], rows), inv = det > 0 ? 1 / det : (double)NAN;
+    for (int i = 0; i < 3; i++) frame[i] = o[i];
+    for (int i = 0; i < 9; i++) rows[i] *= inv;
+}
+
+static const double *frame_of(const tli_carrier *c, tl_lidx tet, double room[12])
+{
+    if (c->frames) return c->frames[tet];
+    set_frame(c->mesh, tet, room);
+    return room;
+}
+
+/* Weights of x in a tet; false for a flat or turned one. */
+static bool weigh(const tli_carrier *c, tl_lidx tet, const double x[3], double w[4])
+{
+    double room[12], d[3];
+    const double *f = frame_of(c, tet, room);
+    vec_sub(x, f, d);
+    for (int i = 1; i < 4; i++) w[i] = vec_dot(d, f + 3 * i);
     w[0] = 1 - w[1] - w[2] - w[3];
-    return true;
+    return !isnan(w[0]);
+}
+
+tl_status tli_carrier_open(tl_ctx *ctx, const tli_plan *plan, tl_mesh *mesh,
+                           const tl_lidx *opposite, tli_errors *errors, tli_carrier *c)
+{
+    tl_status st = TL_OK;
+    *c = (tli_carrier){
+        .ctx = ctx, .plan = plan, .mesh = mesh, .opposite = opposite, .errors = errors};
+    c->frames = tl_mem_alloc(ctx, mesh->tet_count, sizeof *c->frames, &st);
+    for (size_t t = 0; !st && t < mesh->tet_count; t++) set_frame(mesh, (tl_lidx)t, c->frames[t]);
+    return st;
+}
+
+void tli_carrier_close(tli_carrier *c)
+{
+    if (!c->ctx) return;
+    tl_locator_destroy(c->locator);
+    tl_mem_free(c->ctx, c->frames);
+    *c = (tli_carrier){0};
 }
 
 /* Walks to the tet that holds x; false where the boundary or a flat tet is in the way. */
 static bool walk(const tli_carrier *c, const double x[3], tl_lidx *tet, double w[4])
 {
     for (int step = 0; step < WALK_STEPS; step++) {
-        if (!weigh(c->mesh, *tet, x, w)) return false;
+        if (!weigh(c, *tet, x, w)) return false;
         int way = -1, least = 0;
         for (int i = 0; i < 4; i++) {
             if (w[i] < w[least]) least = i;
@@ -92,22 +124,36 @@ static bool settle(const tli_carrier *c, const double x[3], tl_lidx *tet, double
     return !nearer && *distance <= reach;
 }
 
+bool tli_carrier_near(const tli_carrier *c, const double x[3], tl_lidx hint, tl_lidx *tet,
+                      double w[4], double *distance)
+{
+    *tet = hint;
+    *distance = 0;
+    if (hint == TL_NONE) return false;
+    if (!walk(c, x, tet, w)) return settle(c, x, tet, w, distance);
+    clamp_weights(w);
+    return true;
+}
+
+tl_status tli_carrier_survey(tli_carrier *c)
+{
+    return c->locator ? TL_OK : tl_locator_create(c->ctx, c->mesh, c->opposite, &c->locator);
+}
+
+tl_status tli_carrier_find(const tli_carrier *c, const double x[3], tl_lidx *tet, double w[4],
+                           double *distance)
+{
+    *tet = tl_locator_nearest(c->locator, x, TL_NONE, w, distance);
+    if (*tet != TL_NONE) return TL_OK;
+    return tl_fail(c->ctx, TL_ERR_DATA, "no tet holds the place %g %g %g", x[0], x[1], x[2]);
+}
+
 tl_status tli_carrier_locate(tli_carrier *c, const double x[3], tl_lidx hint, tl_lidx *tet,
                              double w[4], double *distance)
 {
-    tl_status st = TL_OK;
-    *tet = hint;
-    *distance = 0;
-    if (hint != TL_NONE && walk(c, x, tet, w)) {
-        clamp_weights(w);
-        return TL_OK;
-    }
-    if (hint != TL_NONE && settle(c, x, tet, w, distance)) return TL_OK;
-    if (!c->locator) st = tl_locator_create(c->ctx, c->mesh, c->opposite, &c->locator);
-    if (!st) *tet = tl_locator_nearest(c->locator, x, TL_NONE, w, distance);
-    if (!st && *tet == TL_NONE)
-        st = tl_fail(c->ctx, TL_ERR_DATA, "no tet holds the place %g %g %g", x[0], x[1], x[2]);
-    return st;
+    if (tli_carrier_near(c, x, hint, tet, w, distance)) return TL_OK;
+    tl_status st = tli_carrier_survey(c);
+    return st ? st : tli_carrier_find(c, x, tet, w, distance);
 }
 
 void tli_carrier_weigh(const tli_carrier *c, const double x[3], tl_lidx tet, double w[4],
@@ -115,7 +161,7 @@ void tli_carrier_weigh(const tli_carrier *c, const double x[3], tl_lidx tet, dou
 {
     double p[4][3];
     *distance = 0;
-    if (weigh(c->mesh, tet, x, w) && w[0] > ON_FACE && w[1] > ON_FACE && w[2] > ON_FACE &&
+    if (weigh(c, tet, x, w) && w[0] > ON_FACE && w[1] > ON_FACE && w[2] > ON_FACE &&
         w[3] > ON_FACE) {
         clamp_weights(w);
         return;
@@ -162,25 +208,17 @@ static void seek_in_tet(seeker *s, tl_lidx tet)
 /* Along the gradient, if that ends inside of the tet. */
 static bool seek_along(seeker *s, tl_lidx tet, double error)
 {
-    const tl_mesh *mesh = s->carrier->mesh;
-    const tl_lidx *q = mesh->tets + 4 * (size_t)tet;
-    const double *o = mesh->xyz + 3 * (size_t)q[0];
-    double e[3][3], g[3] = {0, 0, 0}, y[3], w[4];
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) e[i][k] = mesh->xyz[3 * (size_t)q[i + 1] + (size_t)k] - o[k];
-    double c[3];
-    vec_cross(e[1], e[2], c);
-    double det = vec_dot(e[0], c);
-    if (!(det > 0)) return false;
+    const tl_lidx *q = s->carrier->mesh->tets + 4 * (size_t)tet;
+    double room[12], g[3] = {0, 0, 0}, y[3], w[4];
+    const double *rows = frame_of(s->carrier, tet, room) + 3;
     for (int i = 0; i < 3; i++) {
-        vec_cross(e[(i + 1) % 3], e[(i + 2) % 3], c);
-        double df = (s->values[q[i + 1]] - s->values[q[0]]) / det;
-        for (int k = 0; k < 3; k++) g[k] += df * c[k];
+        double df = s->values[q[i + 1]] - s->values[q[0]];
+        for (int k = 0; k < 3; k++) g[k] += df * rows[3 * i + k];
     }
     double g2 = vec_dot(g, g);
     if (!(g2 > 0)) return false;
     for (int k = 0; k < 3; k++) y[k] = s->x[k] + g[k] * (error / g2);
-    if (!weigh(mesh, tet, y, w)) return false;
+    if (!weigh(s->carrier, tet, y, w)) return false;
     for (int i = 0; i < 4; i++)
         if (w[i] < 0) return false;
     s->best2 = error * error / g2;

@@ -143,7 +143,11 @@ static tl_status carry(job *j, int kind)
     tli_model *model = j->finest->model;
     bool is_point = kind == TLI_POINTS;
     size_t count = is_point ? s->vert_count : s->tet_count;
-    tli_carrier carrier = {j->ctx, j->plan, j->mesh, j->opposite, NULL, &j->product->errors};
+    tli_carrier carrier = {.ctx = j->ctx,
+                           .plan = j->plan,
+                           .mesh = j->mesh,
+                           .opposite = j->opposite,
+                           .errors = &j->product->errors};
     tli_dealer dealer = {0};
     if (!is_point && !j->plan->tet_comps) return TL_OK;
     double *record = tl_mem_alloc(j->ctx, tli_record_doubles(j->plan, kind), sizeof *record, &st);

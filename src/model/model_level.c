@@ -12,6 +12,8 @@
 
 /* Segments of the sample at the finest level, and at others. */
 enum { SAMPLE_FINEST = 10, SAMPLE = 6 };
+/* Segments for each thread below which it matters that all threads have work. */
+enum { FEW = 4 };
 /* A level that leaves more than this part of the tets is not worth having. */
 static const double TOO_MUCH_LEFT = 0.95;
 /* How far the first level's boundary may be off, in diagonals; the next ones twice as far each. */
@@ -96,12 +98,19 @@ static tl_status process(void *arg, size_t begin, size_t end, unsigned worker)
     return tli_ctx_join(j->level->model->ctx, ctx, st);
 }
 
+/* A segment a thread; of few segments those that would leave threads idle come last, one by one
+ * with all threads, which share the originals. */
 static tl_status process_segments(level_job *j)
 {
     char stage[24];
     const tli_plan *plan = j->level->model->plan;
+    const size_t threads = tl_ctx_thread_count(plan->ctx);
+    size_t rest = j->count < FEW * threads ? j->count % threads : 0;
     snprintf(stage, sizeof stage, "level %u", j->level->level + 1);
-    return tli_turns(plan->ctx, stage, j->count, plan->at_once, process, j);
+    tl_status st = tli_turns(plan->ctx, stage, j->count - rest, plan->at_once, process, j);
+    for (size_t i = j->count - rest; !st && i < j->count; i++)
+        st = tli_segment_process(plan->ctx, j->level, &j->segments[i], &j->products[i]);
+    return st;
 }
 
 /* The segments of a level with their input patches, which stay in the order they have. */

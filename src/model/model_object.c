@@ -1,6 +1,8 @@
 /* The lists of a model under construction. */
 #include <string.h>
 
+#include <math.h>
+
 #include "model/model_work.h"
 
 /* ---- bundles ---- */
@@ -82,6 +84,16 @@ void tli_errors_release(tl_ctx *ctx, tli_errors *e)
     tl_mem_free(ctx, e->field);
     tl_mem_free(ctx, e->max);
     *e = (tli_errors){0};
+}
+
+void tli_errors_join(const tli_plan *plan, const tli_errors *from, tli_errors *to)
+{
+    to->surface = fmax(to->surface, from->surface);
+    for (size_t f = 0; f < plan->field_count; f++) to->max[f] = fmax(to->max[f], from->max[f]);
+    for (size_t b = 0; b < plan->field_count * TLI_BINS; b++) {
+        to->field[b] = fmaxf(to->field[b], from->field[b]);
+        to->space[b] = fmaxf(to->space[b], from->space[b]);
+    }
 }
 
 /* ---- the model ---- */

@@ -1,30 +1,152 @@
 /* Records of carried originals, from patches to patches, without ever being whole in memory. */
+#include <math.h>
+
 #include "model/model.h"
 
-/* Records in memory at a time: of a stream, and of each patch that is written. */
-enum { WINDOW = 4096, ROOM = 512 };
+/* Records of a window at most, and of each patch that is written; windows in memory for each thread
+ * where there are several. */
+enum { WINDOW = 512, ROOM = 512, WINDOWS = 8 };
 
-tl_status tli_records_read(tl_ctx *ctx, const tli_model *model, tli_depot *from,
-                           const tli_segment_note *segment, int kind, tli_record_fn fn, void *user)
+/* ---- reading ---- */
+
+/* Windows at hand, and where the next ones are. */
+typedef struct reader {
+    tl_ctx *ctx;
+    const tli_model *model;
+    tli_depot *from;
+    const tli_segment_note *segment;
+    const tli_pass *pass;
+    int kind;
+    size_t doubles;
+    tli_record_window *windows; /* [room] */
+    uint64_t *places;           /* [room] in the file */
+    size_t room, count;
+    uint32_t input;
+    size_t extent;
+    uint64_t at; /* record of the extent */
+    bool again;
+} reader;
+
+static tl_status open_reader(reader *r)
 {
     tl_status st = TL_OK;
-    size_t doubles = tli_record_doubles(model->plan, kind), number = 0;
-    double *window = tl_mem_alloc(ctx, WINDOW * doubles, sizeof *window, &st);
-    for (uint32_t i = 0; i < segment->input_count; i++) {
-        const tli_extents *e = &model->patches[segment->inputs[i]].extents[kind];
-        for (size_t j = 0; !st && j < e->count; j++)
-            for (uint64_t at = 0; !st && at < e->items[j].count; at += WINDOW) {
-                uint64_t left = e->items[j].count - at;
-                size_t n = left < WINDOW ? (size_t)left : WINDOW;
-                st = tli_depot_get(ctx, from, e->items[j].ofs + at * doubles * sizeof *window,
-                                   window, n * doubles * sizeof *window);
-                for (size_t r = 0; !st && r < n; r++)
-                    st = fn(user, i, number++, window + r * doubles);
-            }
+    unsigned threads = tl_ctx_thread_count(r->ctx);
+    r->room = threads > 1 ? threads * WINDOWS : 1;
+    r->places = tl_mem_alloc(r->ctx, r->room, sizeof *r->places, &st);
+    r->windows = tl_mem_zalloc(r->ctx, r->room, sizeof *r->windows, &st);
+    for (size_t i = 0; !st && i < r->room; i++) {
+        tli_record_window *w = &r->windows[i];
+        w->records = tl_mem_alloc(r->ctx, WINDOW * r->doubles, sizeof *w->records, &st);
+        w->tets = tl_mem_alloc(r->ctx, WINDOW, sizeof *w->tets, &st);
+        w->weights = tl_mem_alloc(r->ctx, WINDOW, sizeof *w->weights, &st);
+        w->sums = tl_mem_alloc(r->ctx, r->pass->sum_count, sizeof *w->sums, &st);
     }
-    tl_mem_free(ctx, window);
     return st;
 }
+
+static void close_reader(reader *r)
+{
+    for (size_t i = 0; r->windows && i < r->room; i++) {
+        tl_mem_free(r->ctx, r->windows[i].sums);
+        tl_mem_free(r->ctx, r->windows[i].weights);
+        tl_mem_free(r->ctx, r->windows[i].tets);
+        tl_mem_free(r->ctx, r->windows[i].records);
+    }
+    tl_mem_free(r->ctx, r->windows);
+    tl_mem_free(r->ctx, r->places);
+}
+
+static void start_window(const reader *r, tli_record_window *w)
+{
+    w->left = 0;
+    for (size_t i = 0; i < r->pass->sum_count; i++) w->sums[i] = 0;
+    for (int k = 0; k < 3; k++) {
+        w->box[2 * k] = (double)INFINITY;
+        w->box[2 * k + 1] = (double)-INFINITY;
+    }
+}
+
+/* As many windows as there is room for; none at the end. */
+static void next_windows(reader *r)
+{
+    for (r->count = 0; r->count < r->room && r->input < r->segment->input_count;) {
+        const tli_extents *e = &r->model->patches[r->segment->inputs[r->input]].extents[r->kind];
+        if (r->extent == e->count) {
+            r->extent = 0;
+            r->input++;
+            continue;
+        }
+        uint64_t left = e->items[r->extent].count - r->at;
+        tli_record_window *w = &r->windows[r->count];
+        w->input = r->input;
+        w->count = left < WINDOW ? (size_t)left : WINDOW;
+        r->places[r->count++] = e->items[r->extent].ofs + r->at * r->doubles * sizeof *w->records;
+        start_window(r, w);
+        r->at += w->count;
+        if (r->at < e->items[r->extent].count) continue;
+        r->at = 0;
+        r->extent++;
+    }
+}
+
+static tl_status work(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const reader *r = arg;
+    const tli_pass *pass = r->pass;
+    tl_status st = TL_OK;
+    for (size_t i = begin; !st && i < end; i++) {
+        tli_record_window *w = &r->windows[i];
+        if (r->again) {
+            if (w->left) st = pass->again(pass->user, w, worker);
+            continue;
+        }
+        st = tli_depot_get(r->ctx, r->from, r->places[i], w->records,
+                           w->count * r->doubles * sizeof *w->records);
+        if (!st) st = pass->work(pass->user, w, worker);
+    }
+    return st;
+}
+
+static tl_status pass_windows(reader *r)
+{
+    const tli_pass *pass = r->pass;
+    tl_status st = TL_OK;
+    size_t left = 0;
+    for (size_t i = 0; pass->before && !st && i < r->count; i++)
+        st = pass->before(pass->user, &r->windows[i]);
+    r->again = false;
+    if (!st) st = tli_parallel(r->ctx, r->count, 1, work, r);
+    for (size_t i = 0; !st && i < r->count; i++) left += r->windows[i].left;
+    if (!st && left) {
+        r->again = true;
+        st = pass->look(pass->user);
+        if (!st) st = tli_parallel(r->ctx, r->count, 1, work, r);
+    }
+    for (size_t i = 0; !st && i < r->count; i++) st = pass->after(pass->user, &r->windows[i]);
+    return st;
+}
+
+tl_status tli_records_read(tl_ctx *ctx, const tli_model *model, tli_depot *from,
+                           const tli_segment_note *segment, int kind, const tli_pass *pass)
+{
+    reader r = {.ctx = ctx,
+                .model = model,
+                .from = from,
+                .segment = segment,
+                .pass = pass,
+                .kind = kind,
+                .doubles = tli_record_doubles(model->plan, kind)};
+    tl_status st = open_reader(&r);
+    if (!st) next_windows(&r);
+    while (!st && r.count) {
+        st = pass_windows(&r);
+        next_windows(&r);
+    }
+    close_reader(&r);
+    return st;
+}
+
+/* ---- dealing ---- */
 
 tl_status tli_dealer_open(tl_ctx *ctx, const tli_model *model, tli_depot *to, tli_patch_note *notes,
                           size_t count, int kind, tli_dealer *dealer)

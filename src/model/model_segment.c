@@ -24,6 +24,7 @@ typedef struct job {
     uint32_t *part;
     tl_lidx *tet_local;
     tli_carrier carrier;
+    tli_errors *errors; /* one a thread */
     tli_dealer dealer;
     tli_product *product;
     int kind;
@@ -87,27 +88,63 @@ static tl_lidx hint_of(const job *j, uint32_t input, const double *record, size_
     return best;
 }
 
-static tl_status place_record(void *user, uint32_t input, size_t number, const double *record)
+static tl_status place_window(void *user, tli_record_window *w, unsigned worker)
+{
+    const job *j = user;
+    size_t doubles = tli_record_doubles(j->plan, j->kind);
+    double distance;
+    (void)worker;
+    for (size_t r = 0; r < w->count; r++) {
+        const double *record = w->records + r * doubles;
+        tl_lidx hint = hint_of(j, w->input, record, doubles);
+        if (tli_carrier_near(&j->carrier, record, hint, &w->tets[r], w->weights[r], &distance))
+            continue;
+        w->tets[r] = TL_NONE;
+        w->left++;
+    }
+    return TL_OK;
+}
+
+static tl_status survey(void *user)
+{
+    return tli_carrier_survey(&((job *)user)->carrier);
+}
+
+static tl_status find_left(void *user, tli_record_window *w, unsigned worker)
+{
+    const job *j = user;
+    size_t doubles = tli_record_doubles(j->plan, j->kind);
+    tl_status st = TL_OK;
+    double distance;
+    (void)worker;
+    for (size_t r = 0; !st && r < w->count; r++)
+        if (w->tets[r] == TL_NONE)
+            st = tli_carrier_find(&j->carrier, w->records + r * doubles, &w->tets[r], w->weights[r],
+                                  &distance);
+    return st;
+}
+
+static void add_mean(job *j, tl_lidx tet, double volume, const double *values)
+{
+    j->volumes[tet] += volume;
+    for (size_t k = 0; k < j->plan->tet_comps; k++)
+        j->sums[tet * j->plan->tet_comps + k] += volume * values[k];
+}
+
+static tl_status add_window(void *user, tli_record_window *w)
 {
     job *j = user;
     size_t doubles = tli_record_doubles(j->plan, j->kind);
-    double w[4], distance;
-    tl_lidx tet;
-    tl_status st = tli_carrier_locate(&j->carrier, record, hint_of(j, input, record, doubles), &tet,
-                                      w, &distance);
-    if (st) return st;
-    (void)number;
-    st = tli_tape_write(&j->tets[j->kind], tet);
-    if (st) return st;
-    if (j->kind == TLI_POINTS) {
-        tli_fit_add(j->fit, tet, w, record + 3, j->mesh_values);
-        return TL_OK;
+    tl_status st = TL_OK;
+    for (size_t r = 0; !st && r < w->count; r++) {
+        const double *record = w->records + r * doubles;
+        st = tli_tape_write(&j->tets[j->kind], w->tets[r]);
+        if (j->kind == TLI_POINTS)
+            tli_fit_add(j->fit, w->tets[r], w->weights[r], record + 3, j->mesh_values);
+        else
+            add_mean(j, w->tets[r], record[3], record + 4);
     }
-    double volume = record[3];
-    j->volumes[tet] += volume;
-    for (size_t k = 0; k < j->plan->tet_comps; k++)
-        j->sums[tet * j->plan->tet_comps + k] += volume * record[4 + k];
-    return TL_OK;
+    return st;
 }
 
 /* Between the channels of the new mesh and rows of values. */
@@ -173,6 +210,8 @@ static tl_status set_values(job *j)
     tl_mesh *mesh = j->piece.mesh;
     const tli_model *model = j->level->model;
     tli_depot *from = model->carried[j->level->level & 1];
+    const tli_pass pass = {
+        .work = place_window, .look = survey, .again = find_left, .after = add_window, .user = j};
     j->mesh_values =
         tl_mem_alloc(j->ctx, mesh->vert_count * j->plan->vert_comps, sizeof *j->mesh_values, &st);
     j->sums = tl_mem_zalloc(j->ctx, mesh->tet_count * j->plan->tet_comps, sizeof *j->sums, &st);
@@ -181,7 +220,7 @@ static tl_status set_values(job *j)
     if (!st) copy_values(j, false);
     for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
         st = tli_tape_open(j->ctx, model->tapes, &j->tets[j->kind]);
-        if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, place_record, j);
+        if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, &pass);
     }
     if (!st) {
         tli_fit_solve(j->fit, j->piece.fixed, j->mesh_values);
@@ -194,23 +233,71 @@ static tl_status set_values(job *j)
 
 /* ---- second time: what is off, and where they go ---- */
 
-static tl_status deal_record(void *user, uint32_t input, size_t number, const double *record)
+static tl_status take_tets(void *user, tli_record_window *w)
 {
     job *j = user;
-    double w[4], distance;
-    tl_lidx tet;
-    (void)input, (void)number;
-    tl_status st = tli_tape_read(&j->tets[j->kind], &tet);
-    if (st) return st;
-    uint32_t part = j->part[tet];
-    tli_carrier_weigh(&j->carrier, record, tet, w, &distance);
-    tli_carrier_measure(&j->carrier, j->kind, record, tet, w, distance,
-                        j->product->patches[part].squares);
-    for (int k = 0; k < 3; k++) {
-        j->product->box[2 * k] = fmin(j->product->box[2 * k], record[k]);
-        j->product->box[2 * k + 1] = fmax(j->product->box[2 * k + 1], record[k]);
+    tl_status st = TL_OK;
+    for (size_t r = 0; !st && r < w->count; r++) st = tli_tape_read(&j->tets[j->kind], &w->tets[r]);
+    return st;
+}
+
+static tl_status measure_window(void *user, tli_record_window *w, unsigned worker)
+{
+    const job *j = user;
+    size_t doubles = tli_record_doubles(j->plan, j->kind);
+    tli_carrier carrier = j->carrier;
+    carrier.errors = &j->errors[worker];
+    for (size_t r = 0; r < w->count; r++) {
+        const double *x = w->records + r * doubles;
+        double weights[4], distance;
+        tl_lidx tet = w->tets[r];
+        tli_carrier_weigh(&carrier, x, tet, weights, &distance);
+        tli_carrier_measure(&carrier, j->kind, x, tet, weights, distance,
+                            w->sums + j->part[tet] * j->plan->field_count);
+        for (int k = 0; k < 3; k++) {
+            if (x[k] < w->box[2 * k]) w->box[2 * k] = x[k];
+            if (x[k] > w->box[2 * k + 1]) w->box[2 * k + 1] = x[k];
+        }
     }
-    return tli_dealer_add(&j->dealer, part, record, j->tet_local[tet]);
+    return TL_OK;
+}
+
+static tl_status deal_window(void *user, tli_record_window *w)
+{
+    job *j = user;
+    tli_product *p = j->product;
+    tl_status st = TL_OK;
+    size_t doubles = tli_record_doubles(j->plan, j->kind), fields = j->plan->field_count;
+    for (size_t i = 0; i < p->patch_count * fields; i++)
+        p->patches[i / fields].squares[i % fields] += w->sums[i];
+    for (int k = 0; k < 3; k++) {
+        p->box[2 * k] = fmin(p->box[2 * k], w->box[2 * k]);
+        p->box[2 * k + 1] = fmax(p->box[2 * k + 1], w->box[2 * k + 1]);
+    }
+    for (size_t r = 0; !st && r < w->count; r++)
+        st = tli_dealer_add(&j->dealer, j->part[w->tets[r]], w->records + r * doubles,
+                            j->tet_local[w->tets[r]]);
+    return st;
+}
+
+/* What each thread finds, in the end the largest of all. */
+static tl_status open_errors(job *j)
+{
+    tl_status st = TL_OK;
+    unsigned count = tl_ctx_thread_count(j->ctx);
+    j->errors = tl_mem_zalloc(j->ctx, count, sizeof *j->errors, &st);
+    for (unsigned i = 0; !st && i < count; i++)
+        st = tli_errors_create(j->ctx, j->plan, &j->errors[i]);
+    return st;
+}
+
+static void close_errors(job *j)
+{
+    for (unsigned i = 0; j->errors && i < tl_ctx_thread_count(j->ctx); i++) {
+        if (j->errors[i].space) tli_errors_join(j->plan, &j->errors[i], &j->product->errors);
+        tli_errors_release(j->ctx, &j->errors[i]);
+    }
+    tl_mem_free(j->ctx, j->errors);
 }
 
 static tl_status deal(job *j)
@@ -219,14 +306,21 @@ static tl_status deal(job *j)
     tli_model *model = j->level->model;
     tli_depot *from = model->carried[j->level->level & 1],
               *to = model->carried[(j->level->level + 1) & 1];
+    const tli_pass pass = {.before = take_tets,
+                           .work = measure_window,
+                           .after = deal_window,
+                           .user = j,
+                           .sum_count = j->product->patch_count * j->plan->field_count};
+    st = open_errors(j);
     for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
         st = tli_tape_rewind(&j->tets[j->kind]);
         if (st) break;
         st = tli_dealer_open(j->ctx, model, to, j->product->patches, j->product->patch_count,
                              j->kind, &j->dealer);
-        if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, deal_record, j);
+        if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, &pass);
         st = tli_dealer_close(&j->dealer, st);
     }
+    close_errors(j);
     return st;
 }
 
@@ -299,7 +393,7 @@ static tl_status write_patches(job *j)
 static void release_job(job *j)
 {
     tl_ctx *ctx = j->ctx;
-    tl_locator_destroy(j->carrier.locator);
+    tli_carrier_close(&j->carrier);
     tli_fit_destroy(j->fit);
     void *blocks[] = {j->tet_local, j->part, j->volumes, j->sums, j->mesh_values, j->opposite};
     for (int k = 0; k < TLI_KINDS; k++) tli_tape_close(&j->tets[k]);
@@ -330,7 +424,8 @@ tl_status tli_segment_process(tl_ctx *ctx, const tli_level *level, const tli_seg
         st = simplify(&j, level->cost_max, (size_t)(least * (double)product->input_tets));
     }
     if (!st) st = tl_mesh_adjacency(ctx, j.piece.mesh, &j.opposite, NULL);
-    j.carrier = (tli_carrier){ctx, j.plan, j.piece.mesh, j.opposite, NULL, &product->errors};
+    if (!st)
+        st = tli_carrier_open(ctx, j.plan, j.piece.mesh, j.opposite, &product->errors, &j.carrier);
     if (!st) note_surface(&j);
     if (!st) st = set_values(&j);
     if (!st) st = write_patches(&j);
