@@ -5,6 +5,7 @@
 #include "tetralod/base.h"
 #include "tetralod/codec.h"
 #include "tetralod/cut.h"
+#include "tetralod/draw.h"
 #include "tetralod/extract.h"
 #include "tetralod/formats.h"
 #include "tetralod/measure.h"

@@ -230,6 +230,17 @@ int cli_unknown_channel(const cli_session *session, const tl_mesh *mesh, const c
     return CLI_WRONG_USE;
 }
 
+void cli_lengths(const tl_channel *channel, size_t count, double *lengths)
+{
+    size_t n = channel->components;
+    for (size_t v = 0; v < count; v++) {
+        double sum = 0;
+        for (size_t k = 0; k < n; k++)
+            sum += channel->values[n * v + k] * channel->values[n * v + k];
+        lengths[v] = sqrt(sum);
+    }
+}
+
 size_t cli_channel_elems(const tl_mesh *mesh, const tl_channel *channel)
 {
     return channel->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);

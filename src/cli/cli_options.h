@@ -40,6 +40,13 @@ typedef enum cli_id {
     CLI_VIEW,
     CLI_PIXELS,
     CLI_VALUE,
+    CLI_PICTURE_SIZE,
+    CLI_SAMPLES,
+    CLI_BACKGROUND,
+    CLI_CAMERA,
+    CLI_VOLUME,
+    CLI_COLORMAP,
+    CLI_RANGE,
     CLI_PLANE,
     CLI_NO_NORMALS,
     CLI_BYTES,
@@ -175,6 +182,7 @@ extern const cli_verb cli_verb_build;
 extern const cli_verb cli_verb_compare;
 extern const cli_verb cli_verb_extract;
 extern const cli_verb cli_verb_surface;
+extern const cli_verb cli_verb_render;
 extern const cli_verb cli_verb_check;
 extern const cli_verb cli_verb_bench;
 extern const cli_verb cli_verb_formats;

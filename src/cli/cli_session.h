@@ -87,6 +87,8 @@ size_t cli_vertex_channel_count(const tl_mesh *mesh);
 const tl_channel *cli_vertex_channel(const tl_mesh *mesh, const char *name);
 /* Says that there is no such channel and which there are; returns CLI_WRONG_USE. */
 int cli_unknown_channel(const cli_session *session, const tl_mesh *mesh, const char *name);
+/* lengths [count] of the vectors of a channel. */
+void cli_lengths(const tl_channel *channel, size_t count, double *lengths);
 size_t cli_channel_elems(const tl_mesh *mesh, const tl_channel *channel);
 /* Box of the vertices with finite coordinates (x0, x1, y0, y1, z0, z1), 0 if there are none, and
  * its diagonal. */

@@ -95,14 +95,13 @@ static int set_values(const cli_session *session, request *r)
 static tl_status set_scalar(tl_ctx *ctx, request *r)
 {
     tl_status st = TL_OK;
-    size_t count = tl_mesh_vert_count(r->mesh), n = r->channel->components;
+    size_t count = tl_mesh_vert_count(r->mesh);
     r->scalar = tl_mem_alloc(ctx, count, sizeof *r->scalar, &st);
-    for (size_t v = 0; !st && v < count; v++) {
-        double sum = 0;
-        for (size_t k = 0; k < n; k++)
-            sum += r->channel->values[n * v + k] * r->channel->values[n * v + k];
-        r->scalar[v] = n == 1 ? r->channel->values[v] : sqrt(sum);
-    }
+    if (st) return st;
+    if (r->channel->components == 1)
+        memcpy(r->scalar, r->channel->values, count * sizeof *r->scalar);
+    else
+        cli_lengths(r->channel, count, r->scalar);
     return st;
 }
 

@@ -1,0 +1,150 @@
+/* Transfer functions: from a file, from the name of a colour map, from the values alone. */
+#include "cli_transfer.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BINS = 256 };
+/* Part of the values that a first look leaves out at either end. */
+static const double TAIL = 0.002;
+/* Opacity of the rarest values of a first look. */
+static const double LOOK_OPACITY = 0.5;
+
+/* ---- ParaView's JSON ---- */
+
+static int wrong(const char *path, const char *what)
+{
+    fprintf(stderr, "tetralod: '%s': %s\n", path, what);
+    return CLI_FAILED;
+}
+
+/* Numbers in groups of stride under a key; *count groups; false if there are others. */
+static bool read_groups(const json_t *object, const char *key, size_t stride, double *out,
+                        size_t *count)
+{
+    const json_t *list = json_object_get(object, key);
+    size_t numbers = json_array_size(list);
+    *count = numbers / stride;
+    if (!list) return true;
+    if (!json_is_array(list) || numbers % stride || *count > CLI_POINTS_MAX) return false;
+    for (size_t i = 0; i < numbers; i++) {
+        const json_t *number = json_array_get(list, i);
+        if (!json_is_number(number)) return false;
+        out[i] = json_number_value(number);
+    }
+    return true;
+}
+
+static int take(const char *path, const json_t *root, cli_points *points)
+{
+    static double numbers[4 * CLI_POINTS_MAX];
+    const json_t *map = json_is_array(root) ? json_array_get(root, 0) : root;
+    if (!json_is_object(map))
+        return wrong(path, "expected a list of colour maps, as ParaView writes it");
+    if (!read_groups(map, "RGBPoints", 4, numbers, &points->color_count) || !points->color_count)
+        return wrong(path, "RGBPoints: expected numbers in groups of value, red, green, blue");
+    for (size_t i = 0; i < points->color_count; i++)
+        points->colors[i] = (tl_color_point){
+            numbers[4 * i], {numbers[4 * i + 1], numbers[4 * i + 2], numbers[4 * i + 3]}};
+    if (!read_groups(map, "Points", 4, numbers, &points->opacity_count))
+        return wrong(path,
+                     "Points: expected numbers in groups of value, opacity, middle, sharpness");
+    for (size_t i = 0; i < points->opacity_count; i++)
+        points->opacities[i] = (tl_opacity_point){numbers[4 * i], numbers[4 * i + 1]};
+    return CLI_DONE;
+}
+
+int cli_points_read(tl_ctx *ctx, const char *path, cli_points *points)
+{
+    json_t *root;
+    int failed = cli_json_read(ctx, path, &root);
+    if (failed) return failed;
+    failed = take(path, root, points);
+    json_decref(root);
+    return failed;
+}
+
+/* ---- without a file ---- */
+
+bool cli_points_map(const char *name, const double range[2], cli_points *points)
+{
+    size_t count;
+    const tl_color_point *map = tl_colormap(name, &count);
+    if (!map) return false;
+    points->color_count = count;
+    for (size_t i = 0; i < count; i++) {
+        points->colors[i] = map[i];
+        points->colors[i].value = range[0] + map[i].value * (range[1] - range[0]);
+    }
+    return true;
+}
+
+static size_t bin_of(double value, const double range[2])
+{
+    double at = (value - range[0]) / (range[1] - range[0]) * BINS;
+    return at < 0 ? 0 : at >= BINS ? BINS - 1 : (size_t)at;
+}
+
+/* Weights of the values in each bin; returns the sum of those in the range. */
+static double fill_bins(const double *values, const double *weights, size_t count,
+                        const double range[2], double bins[BINS])
+{
+    double total = 0;
+    memset(bins, 0, BINS * sizeof *bins);
+    for (size_t i = 0; i < count; i++)
+        if (isfinite(values[i]) && values[i] >= range[0] && values[i] <= range[1]) {
+            bins[bin_of(values[i], range)] += weights[i];
+            total += weights[i];
+        }
+    return total;
+}
+
+/* Leaves out the tails of a range. */
+static void trim(const double bins[BINS], double total, double range[2])
+{
+    double low = range[0], width = (range[1] - range[0]) / BINS;
+    double below = 0, above = 0;
+    size_t first = 0, last = BINS - 1;
+    while (first < last && (below += bins[first]) < TAIL * total) first++;
+    while (last > first && (above += bins[last]) < TAIL * total) last--;
+    range[0] = low + (double)first * width;
+    range[1] = low + (double)(last + 1) * width;
+}
+
+void cli_points_look(const double *values, const double *weights, size_t count, double range[2],
+                     cli_points *points)
+{
+    double bins[BINS], total, below = 0;
+    size_t mode = 0;
+    range[0] = (double)INFINITY;
+    range[1] = -(double)INFINITY;
+    for (size_t i = 0; i < count; i++)
+        if (isfinite(values[i])) {
+            range[0] = fmin(range[0], values[i]);
+            range[1] = fmax(range[1], values[i]);
+        }
+    if (!(range[1] > range[0]) || !(fill_bins(values, weights, count, range, bins) > 0)) {
+        /* one value, or none: a fog */
+        range[0] = isfinite(range[0]) ? range[0] : 0;
+        range[1] = range[0] + 1;
+        points->opacities[0] = (tl_opacity_point){range[0], LOOK_OPACITY / 10};
+        points->opacity_count = 1;
+        return;
+    }
+    trim(bins, fill_bins(values, weights, count, range, bins), range);
+    total = fill_bins(values, weights, count, range, bins);
+    for (size_t b = 1; b < BINS; b++)
+        if (bins[b] > bins[mode]) mode = b;
+    for (size_t b = 0; b < mode; b++) below += bins[b];
+    double at_mode = (below + bins[mode] / 2) / total, sum = 0;
+    double farthest = fmax(at_mode, 1 - at_mode);
+    for (size_t b = 0; b < BINS; b++) {
+        double rank = (sum + bins[b] / 2) / total;
+        double away = fabs(rank - at_mode) / farthest;
+        points->opacities[b] =
+            (tl_opacity_point){range[0] + ((double)b + 0.5) * (range[1] - range[0]) / BINS,
+                               LOOK_OPACITY * away * away * away};
+        sum += bins[b];
+    }
+    points->opacity_count = BINS;
+}

@@ -1,0 +1,30 @@
+/* Transfer functions on the command line: ParaView's JSON, colour maps, and a first look. */
+#ifndef TETRALOD_CLI_TRANSFER_H
+#define TETRALOD_CLI_TRANSFER_H
+
+#include "cli_session.h"
+
+enum { CLI_POINTS_MAX = 1024 };
+
+/* Control points on their way to a tl_transfer. */
+typedef struct cli_points {
+    tl_color_point colors[CLI_POINTS_MAX];
+    tl_opacity_point opacities[CLI_POINTS_MAX];
+    size_t color_count, opacity_count;
+} cli_points;
+
+/* Reads ParaView's JSON (a list of colour maps, of which the first is taken; commas before a
+ * closing bracket are forgiven): RGBPoints, Points. Opacities stay empty if it has none. Returns an
+ * exit status; the message is out already. */
+int cli_points_read(tl_ctx *ctx, const char *path, cli_points *points);
+
+/* The colour map name over a range; false for an unknown name. */
+bool cli_points_map(const char *name, const double range[2], cli_points *points);
+
+/* Opacities of a first look at values [count] with weights [count]: the most frequent value is
+ * clear, the others are the more opaque the more values lie between. range: where most values are.
+ */
+void cli_points_look(const double *values, const double *weights, size_t count, double range[2],
+                     cli_points *points);
+
+#endif

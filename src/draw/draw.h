@@ -1,0 +1,86 @@
+/* Stage draw, internal: what the files of this stage share. */
+#ifndef TETRALOD_SRC_DRAW_H
+#define TETRALOD_SRC_DRAW_H
+
+#include "base/base.h"
+#include "tetralod/draw.h"
+
+/* ---- the camera ---- */
+
+/* Places on the picture: x grows to the right, y upwards, both in pixels from its middle and, of a
+ * perspective view, times z; z is the distance along the view. */
+typedef struct tli_frame {
+    double origin[3], right[3], up[3], forward[3];
+    double scale;     /* pixels of a unit length (perspective: at z = 1) */
+    bool parallel;    /* x and y are pixels for any z */
+    double middle[2]; /* pixel coordinates, from the upper left corner, of x = y = 0 */
+} tli_frame;
+
+/* TL_ERR_ARG names what is out of range. */
+tl_status tli_frame_set(tl_ctx *ctx, const tl_camera *camera, const tl_image *image,
+                        tli_frame *frame);
+void tli_frame_place(const tli_frame *frame, const double xyz[3], double out[3]);
+
+/* ---- transfer functions ---- */
+
+enum { TLI_TRANSFER_STEPS = 4096, TLI_SUM_STEPS = 64 };
+
+/* Tables over [low, high] in steps. The integrals have one step more at either end, with what holds
+ * beyond, and are kept in float32 as differences from every 64th, so that those of near values are
+ * exact; the last of 64 is there twice: entry k of step i is i + i / 64. */
+struct tl_transfer {
+    double low, high;
+    double per_value;                    /* steps by unit of the channel; 0 if low == high */
+    float at[TLI_TRANSFER_STEPS + 1][4]; /* colour, extinction */
+    /* integrals by steps of extinction times colour, and of extinction */
+    float sums[TLI_TRANSFER_STEPS + TLI_TRANSFER_STEPS / TLI_SUM_STEPS + 5][4];
+    float bases[TLI_TRANSFER_STEPS / TLI_SUM_STEPS + 2][4];
+};
+
+/* ---- volumes ---- */
+
+/* A tet: its vertices, then what lies behind the faces opposite to them (4 * tet + face). */
+typedef struct tli_cell {
+    tl_lidx verts[4], behind[4];
+} tli_cell;
+
+struct tl_volume {
+    const tl_mesh *mesh;
+    tli_cell *cells;
+    size_t cell_count, vert_count;
+    tl_lidx *doors; /* [door_count] faces with nothing behind: 4 * tet + face */
+    size_t door_count;
+};
+
+/* A vertex on its way through a picture: place, and scalar in steps of the transfer function. */
+typedef struct tli_vert {
+    float x, y, z, s;
+} tli_vert;
+
+/* Where rays come in: pixels of a tile, in the order of pixel and depth. */
+typedef struct tli_door_hit {
+    uint32_t pixel; /* inside of the tile, row after row */
+    tl_lidx door;   /* 4 * tet + face */
+    double z;
+} tli_door_hit;
+
+enum { TLI_TILE_PX = 16 };
+
+/* Faces that may be seen in each tile. */
+typedef struct tli_tiles {
+    tl_ctx *ctx;
+    const tl_volume *volume;
+    const tli_frame *frame;
+    const tli_vert *verts;
+    uint32_t width, height, columns, rows;
+    size_t *starts;   /* [tiles + 1] */
+    tl_lidx *entries; /* doors */
+} tli_tiles;
+tl_status tli_tiles_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
+                         const tli_vert *verts, const tl_image *image, tli_tiles *tiles);
+void tli_tiles_close(tli_tiles *tiles);
+/* Hits of a tile: *hits [*hit_max] grows as it must, *count are there. */
+tl_status tli_tile_hits(const tli_tiles *tiles, size_t tile, tli_door_hit **hits, size_t *hit_max,
+                        size_t *count);
+
+#endif

@@ -1,0 +1,34 @@
+/* Stage draw, internal: the rays of a tile. */
+#ifndef TETRALOD_SRC_DRAW_CAST_H
+#define TETRALOD_SRC_DRAW_CAST_H
+
+#include "draw/draw.h"
+
+/* What rays of a picture share. */
+typedef struct tli_cast {
+    const tli_cell *cells;
+    size_t cell_count;
+    const tli_vert *verts;
+    const tl_transfer *transfer;
+    double scale; /* of the frame */
+    bool parallel;
+    float opacity_end, step_depth;
+} tli_cast;
+
+/* A ray: its pixel, from the middle, y upwards; the doors that it comes in by, nearest first; the
+ * depth it goes to; what it has seen is put in front of rgba. */
+typedef struct tli_ray {
+    float px, py, depth;
+    const tli_door_hit *doors;
+    size_t door_count;
+    float *rgba;
+} tli_ray;
+
+/* Follows all rays. Results do not depend on their order. */
+typedef void (*tli_cast_fn)(const tli_cast *cast, const tli_ray *rays, size_t ray_count);
+void tli_cast_base(const tli_cast *cast, const tli_ray *rays, size_t ray_count);
+void tli_cast_avx2(const tli_cast *cast, const tli_ray *rays, size_t ray_count);
+/* The fastest that this processor can run. All give the same bytes. */
+tli_cast_fn tli_cast_best(void);
+
+#endif

@@ -1,0 +1,78 @@
+/* Pictures in memory. */
+#include <math.h>
+
+#include "draw/draw.h"
+
+enum { SIDE_MAX = 32768 };
+
+tl_status tl_image_create(tl_ctx *ctx, uint32_t width, uint32_t height, tl_image **image)
+{
+    tl_status st = TL_OK;
+    *image = NULL;
+    if (!width || !height || width > SIDE_MAX || height > SIDE_MAX)
+        return tl_fail(ctx, TL_ERR_ARG, "a picture of %u x %u pixels, expected sides of 1 to %d",
+                       width, height, SIDE_MAX);
+    size_t count = (size_t)width * height;
+    tl_image *i = tl_mem_zalloc(ctx, 1, sizeof *i, &st);
+    float *rgba = tl_mem_zalloc(ctx, count, 4 * sizeof *rgba, &st);
+    float *depth = tl_mem_alloc(ctx, count, sizeof *depth, &st);
+    if (st) {
+        tl_mem_free(ctx, depth);
+        tl_mem_free(ctx, rgba);
+        tl_mem_free(ctx, i);
+        return st;
+    }
+    for (size_t p = 0; p < count; p++) depth[p] = INFINITY;
+    *i = (tl_image){width, height, rgba, depth};
+    *image = i;
+    return TL_OK;
+}
+
+void tl_image_destroy(tl_ctx *ctx, tl_image *image)
+{
+    if (!image) return;
+    tl_mem_free(ctx, image->depth);
+    tl_mem_free(ctx, image->rgba);
+    tl_mem_free(ctx, image);
+}
+
+/* Mean of a square of pixels, and its nearest depth. */
+static void reduce_pixel(const tl_image *from, uint32_t factor, size_t x, size_t y, tl_image *to)
+{
+    double sum[4] = {0};
+    float near = INFINITY;
+    for (size_t v = y * factor; v < (y + 1) * factor; v++)
+        for (size_t u = x * factor; u < (x + 1) * factor; u++) {
+            size_t p = v * from->width + u;
+            for (int k = 0; k < 4; k++) sum[k] += (double)from->rgba[4 * p + (size_t)k];
+            near = from->depth[p] < near ? from->depth[p] : near;
+        }
+    size_t p = y * to->width + x;
+    for (int k = 0; k < 4; k++)
+        to->rgba[4 * p + (size_t)k] = (float)(sum[k] / ((double)factor * factor));
+    to->depth[p] = near;
+}
+
+tl_status tl_image_reduce(tl_ctx *ctx, const tl_image *image, uint32_t factor, tl_image **small)
+{
+    *small = NULL;
+    if (!factor || image->width % factor || image->height % factor)
+        return tl_fail(ctx, TL_ERR_ARG, "%u x %u pixels are not whole squares of %u", image->width,
+                       image->height, factor);
+    tl_status st = tl_image_create(ctx, image->width / factor, image->height / factor, small);
+    if (st) return st;
+    for (size_t y = 0; y < (*small)->height; y++)
+        for (size_t x = 0; x < (*small)->width; x++) reduce_pixel(image, factor, x, y, *small);
+    return TL_OK;
+}
+
+void tl_image_flatten(tl_image *image, const float background[3])
+{
+    static const float white[3] = {1, 1, 1};
+    const float *behind = background ? background : white;
+    for (size_t p = 0; p < (size_t)image->width * image->height; p++) {
+        float *c = image->rgba + 4 * p;
+        for (int k = 0; k < 3; k++) c[k] += (1 - c[3]) * behind[k];
+        c[3] = 1;
+    }
+}

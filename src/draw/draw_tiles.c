@@ -1,0 +1,242 @@
+/* Where rays come in: the faces with nothing behind that look at the camera, listed by square tiles
+ * of the picture, then tried at each pixel of a tile. Faces behind the camera count as well: rays
+ * begin there when the camera stands inside of the mesh. */
+#include <math.h>
+#include <string.h>
+
+#include "base/base_vec.h"
+#include "draw/draw.h"
+#include "mesh/mesh.h"
+
+/* Columns and rows of tiles [low, high] that a face may be seen in; none if low > high. */
+typedef struct span {
+    int32_t low[2], high[2];
+} span;
+
+static const span NOWHERE = {{0, 0}, {-1, -1}};
+
+static void corners(const tli_tiles *t, tl_lidx door, const tli_vert *out[3])
+{
+    const tli_cell *cell = &t->volume->cells[door / 4];
+    for (int i = 0; i < 3; i++) out[i] = &t->verts[cell->verts[tli_tet_faces[door % 4][i]]];
+}
+
+/* Six times the volume between the camera and a face: the side of the face that it looks at. */
+static double side(const tli_vert *const v[3])
+{
+    double p[3][3], n[3];
+    for (int i = 0; i < 3; i++) {
+        p[i][0] = (double)v[i]->x;
+        p[i][1] = (double)v[i]->y;
+        p[i][2] = (double)v[i]->z;
+    }
+    vec_cross(p[1], p[2], n);
+    return vec_dot(p[0], n);
+}
+
+static int32_t clamp(double tile, uint32_t count)
+{
+    return tile < 0 ? 0 : tile >= count ? (int32_t)count - 1 : (int32_t)tile;
+}
+
+/* The box of a face on the picture in pixels from the upper left corner; false if it may be
+ * anywhere, since it passes beside the camera. */
+static bool box_of(const tli_tiles *t, const tli_vert *const v[3], double low[2], double high[2])
+{
+    int front = 0, back = 0;
+    for (int k = 0; k < 2; k++) {
+        low[k] = (double)INFINITY;
+        high[k] = -(double)INFINITY;
+    }
+    for (int i = 0; i < 3; i++) {
+        double w = t->frame->parallel ? 1 : (double)v[i]->z;
+        double at[2] = {t->frame->middle[0] + (double)v[i]->x / w,
+                        t->frame->middle[1] - (double)v[i]->y / w};
+        front += w > 0;
+        back += w < 0;
+        for (int k = 0; k < 2; k++) {
+            low[k] = fmin(low[k], at[k]);
+            high[k] = fmax(high[k], at[k]);
+        }
+    }
+    return front == 3 || back == 3;
+}
+
+/* True for a face that no ray can come in by: it is not finite or looks away. */
+static bool is_shut(const tli_tiles *t, const tli_vert *const v[3])
+{
+    int front = 0, back = 0;
+    for (int i = 0; i < 3; i++) {
+        if (!isfinite(v[i]->x) || !isfinite(v[i]->y) || !isfinite(v[i]->z)) return true;
+        front += v[i]->z > 0;
+        back += v[i]->z < 0;
+    }
+    return !t->frame->parallel && (front == 3 ? side(v) <= 0 : back == 3 && side(v) >= 0);
+}
+
+static span tiles_of(const tli_tiles *t, tl_lidx door)
+{
+    const tli_vert *v[3];
+    double low[2], high[2];
+    corners(t, door, v);
+    if (is_shut(t, v)) return NOWHERE;
+    if (!box_of(t, v, low, high))
+        return (span){{0, 0}, {(int32_t)t->columns - 1, (int32_t)t->rows - 1}};
+    if (!(high[0] >= 0 && high[1] >= 0 && low[0] <= t->width && low[1] <= t->height))
+        return NOWHERE;
+    span s;
+    for (int k = 0; k < 2; k++) {
+        uint32_t count = k ? t->rows : t->columns;
+        s.low[k] = clamp(floor(low[k] / TLI_TILE_PX), count);
+        s.high[k] = clamp(floor(high[k] / TLI_TILE_PX), count);
+    }
+    return s;
+}
+
+/* Columns and rows inside of a tile, which begins at (left, top), that a face may be seen in. */
+static span pixels_of(const tli_tiles *t, const tli_vert *const v[3], uint32_t left, uint32_t top)
+{
+    span s = {{0, 0}, {TLI_TILE_PX - 1, TLI_TILE_PX - 1}};
+    double low[2], high[2];
+    bool known = box_of(t, v, low, high);
+    for (int k = 0; k < 2; k++) {
+        double from = k ? top : left, rest = (k ? t->height : t->width) - from;
+        if (known) {
+            s.low[k] = (int32_t)fmin(fmax(floor(low[k] - from - 0.5), 0), TLI_TILE_PX);
+            s.high[k] = (int32_t)fmin(fmax(ceil(high[k] - from), -1), TLI_TILE_PX - 1);
+        }
+        if (s.high[k] >= rest) s.high[k] = (int32_t)rest - 1;
+    }
+    return s;
+}
+
+static size_t tile_count(const tli_tiles *t)
+{
+    return (size_t)t->columns * t->rows;
+}
+
+/* counts: places for each tile, or the next free one in entries. */
+static void list_doors(const tli_tiles *t, size_t *next, tl_lidx *entries)
+{
+    for (size_t d = 0; d < t->volume->door_count; d++) {
+        span s = tiles_of(t, t->volume->doors[d]);
+        for (int32_t row = s.low[1]; row <= s.high[1]; row++)
+            for (int32_t column = s.low[0]; column <= s.high[0]; column++) {
+                size_t tile = (size_t)row * t->columns + (size_t)column;
+                if (entries) entries[next[tile]] = t->volume->doors[d];
+                next[tile]++;
+            }
+    }
+}
+
+tl_status tli_tiles_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
+                         const tli_vert *verts, const tl_image *image, tli_tiles *tiles)
+{
+    tl_status st = TL_OK;
+    *tiles = (tli_tiles){.ctx = ctx,
+                         .volume = volume,
+                         .frame = frame,
+                         .verts = verts,
+                         .width = image->width,
+                         .height = image->height,
+                         .columns = (image->width + TLI_TILE_PX - 1) / TLI_TILE_PX,
+                         .rows = (image->height + TLI_TILE_PX - 1) / TLI_TILE_PX};
+    size_t count = tile_count(tiles), next = 0;
+    tiles->starts = tl_mem_zalloc(ctx, count + 2, sizeof *tiles->starts, &st);
+    if (st) return st;
+    /* starts moves one place to the right, so that filling moves it back */
+    list_doors(tiles, tiles->starts + 1, NULL);
+    for (size_t i = 1; i <= count; i++) {
+        size_t own = tiles->starts[i];
+        tiles->starts[i] = next;
+        next += own;
+    }
+    tiles->entries = tl_mem_alloc(ctx, next, sizeof *tiles->entries, &st);
+    if (!st) list_doors(tiles, tiles->starts + 1, tiles->entries);
+    if (st) tli_tiles_close(tiles);
+    return st;
+}
+
+void tli_tiles_close(tli_tiles *tiles)
+{
+    tl_mem_free(tiles->ctx, tiles->entries);
+    tl_mem_free(tiles->ctx, tiles->starts);
+    tiles->entries = NULL;
+    tiles->starts = NULL;
+}
+
+/* ---- one tile ---- */
+
+/* Whether a ray comes in by a face, and how deep. */
+static bool hit_pixel(const tli_tiles *t, const tli_vert *const v[3], double px, double py,
+                      double *depth)
+{
+    double x[3], y[3], e[3], sum = 0, z = 0;
+    for (int i = 0; i < 3; i++) {
+        double w = t->frame->parallel ? 1 : (double)v[i]->z;
+        x[i] = (double)v[i]->x - px * w;
+        y[i] = (double)v[i]->y - py * w;
+    }
+    for (int i = 0; i < 3; i++) {
+        e[i] = x[(i + 1) % 3] * y[(i + 2) % 3] - x[(i + 2) % 3] * y[(i + 1) % 3];
+        sum += e[i];
+        z += e[i] * (double)v[i]->z;
+    }
+    *depth = z / sum;
+    return e[0] >= 0 && e[1] >= 0 && e[2] >= 0 && sum > 0;
+}
+
+/* Hits of a face at the pixels of a tile, which begin at (left, top). */
+static tl_status hit_door(const tli_tiles *t, tl_lidx door, uint32_t left, uint32_t top,
+                          tli_door_hit **hits, size_t *hit_max, size_t *count)
+{
+    tl_status st = TL_OK;
+    const tli_vert *v[3];
+    corners(t, door, v);
+    span s = pixels_of(t, v, left, top);
+    if (*hit_max - *count < TLI_TILE_PX * TLI_TILE_PX) {
+        *hit_max = 2 * *hit_max + TLI_TILE_PX * TLI_TILE_PX;
+        *hits = tl_mem_resize(t->ctx, *hits, *hit_max, sizeof **hits, &st);
+        if (st) return st;
+    }
+    for (int32_t row = s.low[1]; row <= s.high[1]; row++)
+        for (int32_t column = s.low[0]; column <= s.high[0]; column++) {
+            double px = left + (uint32_t)column + 0.5 - t->frame->middle[0];
+            double py = t->frame->middle[1] - (top + (uint32_t)row) - 0.5, z;
+            if (!hit_pixel(t, v, px, py, &z)) continue;
+            (*hits)[(*count)++] = (tli_door_hit){(uint32_t)(row * TLI_TILE_PX + column), door, z};
+        }
+    return TL_OK;
+}
+
+static bool before(const tli_door_hit *a, const tli_door_hit *b)
+{
+    return a->pixel != b->pixel ? a->pixel < b->pixel : a->z < b->z;
+}
+
+/* Shell sort: lists are short and nearly in order, since doors are listed by tet. */
+static void sort_hits(tli_door_hit *hits, size_t count)
+{
+    size_t gap = 1;
+    while (gap < count / 3) gap = 3 * gap + 1;
+    for (; gap; gap /= 3)
+        for (size_t i = gap; i < count; i++) {
+            tli_door_hit hit = hits[i];
+            size_t k = i;
+            for (; k >= gap && before(&hit, &hits[k - gap]); k -= gap) hits[k] = hits[k - gap];
+            hits[k] = hit;
+        }
+}
+
+tl_status tli_tile_hits(const tli_tiles *tiles, size_t tile, tli_door_hit **hits, size_t *hit_max,
+                        size_t *count)
+{
+    tl_status st = TL_OK;
+    uint32_t left = (uint32_t)(tile % tiles->columns) * TLI_TILE_PX;
+    uint32_t top = (uint32_t)(tile / tiles->columns) * TLI_TILE_PX;
+    *count = 0;
+    for (size_t i = tiles->starts[tile]; !st && i < tiles->starts[tile + 1]; i++)
+        st = hit_door(tiles, tiles->entries[i], left, top, hits, hit_max, count);
+    if (!st) sort_hits(*hits, *count);
+    return st;
+}

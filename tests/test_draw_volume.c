@@ -1,0 +1,273 @@
+/* Volume rendering against closed forms: fog of a known depth, a linear field, cavities, an end of
+ * rays, a camera inside; the same picture for any kernel and any number of threads. */
+#include "check.h"
+
+#include "draw/draw_cast.h"
+
+#include "make_mesh.h"
+
+enum { SIDE = 33 }; /* pixels; odd, so that one ray goes through the middle */
+
+static tl_ctx *context(unsigned threads)
+{
+    tl_ctx *ctx = NULL;
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.thread_count = threads;
+    CHECK_OK(NULL, tl_ctx_create(&opts, &ctx));
+    return ctx;
+}
+
+/* Along z through the unit cube. */
+static tl_camera along_z(bool parallel)
+{
+    tl_camera c = tl_camera_defaults();
+    c.position[0] = c.position[1] = c.focal_point[0] = c.focal_point[1] = 0.5;
+    c.position[2] = -2;
+    c.focal_point[2] = 0.5;
+    c.size_px[0] = c.size_px[1] = SIDE;
+    c.parallel_scale = parallel ? 0.6 : 0;
+    return c;
+}
+
+/* White fog whose extinction is linear from one value to another. */
+static tl_transfer *fog(tl_ctx *ctx, double low, double low_extinction, double high,
+                        double high_extinction)
+{
+    static const tl_color_point white = {0, {1, 1, 1}};
+    enum { POINTS = 257 };
+    tl_opacity_point opacities[POINTS];
+    tl_transfer *t = NULL;
+    for (int i = 0; i < POINTS; i++) {
+        double w = i / (POINTS - 1.0);
+        double extinction = low_extinction + w * (high_extinction - low_extinction);
+        opacities[i] = (tl_opacity_point){low + w * (high - low), -expm1(-extinction)};
+    }
+    CHECK_OK(ctx, tl_transfer_create(ctx, &white, 1, opacities, POINTS, 1, &t));
+    return t;
+}
+
+static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
+                      const tl_transfer *transfer, const tl_camera *camera, float depth)
+{
+    tl_volume *volume = NULL;
+    tl_image *image = NULL;
+    tl_volume_opts opts = tl_volume_opts_defaults();
+    opts.opacity_end = 1;
+    tl_mesh *mesh = make_object(ctx, m, field);
+    CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
+    CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
+    for (size_t p = 0; p < SIDE * SIDE; p++) image->depth[p] = depth;
+    CHECK_OK(ctx, tl_draw_volume(ctx, volume, tl_mesh_channel(mesh, 0)->values, transfer, camera,
+                                 &opts, image));
+    tl_volume_destroy(ctx, volume);
+    tl_mesh_destroy(mesh);
+    return image;
+}
+
+static double middle(const tl_image *image)
+{
+    const float *c = image->rgba + 4 * ((size_t)SIDE * (SIDE / 2) + SIDE / 2);
+    CHECK_NEAR((double)c[0], (double)c[3], 1e-6); /* white, times opacity */
+    return (double)c[3];
+}
+
+static double height(const double x[3])
+{
+    return x[2];
+}
+
+static double nothing(const double x[3])
+{
+    (void)x;
+    return 0.25;
+}
+
+static void fog_has_its_depth(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = context(2);
+    make_mesh m = make_grid(9);
+    make_shuffle(&m, 3);
+    for (int parallel = 0; parallel < 2; parallel++) {
+        tl_camera camera = along_z(parallel);
+        for (double extinction = 0.01; extinction < 20; extinction *= 3) {
+            tl_transfer *t = fog(ctx, 0, extinction, 1, extinction);
+            tl_image *image = draw(ctx, &m, nothing, t, &camera, INFINITY);
+            CHECK_NEAR(middle(image), -expm1(-extinction), 3e-5);
+            CHECK(image->rgba[3] == 0); /* the corner sees nothing */
+            tl_image_destroy(ctx, image);
+            tl_transfer_destroy(ctx, t);
+        }
+    }
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
+/* Extinction 0.2 + 3 z: its integral through the cube is 1.7. */
+static void linear_fields_are_exact(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = context(2);
+    make_mesh m = make_grid(12);
+    make_perturb(&m, 0.002, 5);
+    for (size_t v = 0; v < m.vert_count; v++) /* the sides stay where they are */
+        for (int k = 0; k < 3; k++)
+            m.xyz[3 * v + (size_t)k] = fmin(fmax(m.xyz[3 * v + (size_t)k], 0), 1);
+    tl_camera camera = along_z(true);
+    tl_transfer *t = fog(ctx, 0, 0.2, 1, 3.2);
+    tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+    CHECK_NEAR(middle(image), -expm1(-1.7), 2e-3 * 1.7); /* the sides moved inwards by 0.002 */
+    tl_image_destroy(ctx, image);
+    make_release(&m);
+    m = make_grid(12);
+    image = draw(ctx, &m, height, t, &camera, INFINITY);
+    CHECK_NEAR(middle(image), -expm1(-1.7), 3e-5);
+    tl_image_destroy(ctx, image);
+    /* half way: 0.2 / 2 + 3 / 8 */
+    image = draw(ctx, &m, height, t, &camera, 2.5F);
+    CHECK_NEAR(middle(image), -expm1(-0.475), 3e-5);
+    tl_image_destroy(ctx, image);
+    /* from inside, at half way: the rest */
+    camera.position[2] = 0.5;
+    camera.focal_point[2] = 1;
+    image = draw(ctx, &m, height, t, &camera, INFINITY);
+    CHECK_NEAR(middle(image), -expm1(-1.225), 3e-5);
+    camera.parallel_scale = 0;
+    tl_image_destroy(ctx, image);
+    image = draw(ctx, &m, height, t, &camera, INFINITY);
+    CHECK_NEAR(middle(image), -expm1(-1.225), 3e-5);
+    CHECK(image->rgba[3] > 0); /* fog all around */
+    tl_image_destroy(ctx, image);
+    tl_transfer_destroy(ctx, t);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
+/* Rays go out into a cavity and come in again. */
+static void cavities_are_empty(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = context(2);
+    make_mesh full = make_grid(10), hollow = make_grid_cavity(10);
+    tl_camera camera = along_z(true);
+    camera.parallel_scale = SIDE / (2.0 * (SIDE - 2)); /* the cube covers whole pixels */
+    tl_transfer *t = fog(ctx, 0, 1, 1, 1);
+    tl_image *a = draw(ctx, &full, nothing, t, &camera, INFINITY);
+    tl_image *b = draw(ctx, &hollow, nothing, t, &camera, INFINITY);
+    double volumes[2] = {0}, depths[2] = {0};
+    const make_mesh *meshes[2] = {&full, &hollow};
+    const tl_image *images[2] = {a, b};
+    double pixel = 1.0 / (SIDE - 2);
+    for (int i = 0; i < 2; i++) {
+        for (size_t k = 0; k < meshes[i]->tet_count; k++) {
+            double p[4][3];
+            for (int c = 0; c < 4; c++)
+                memcpy(p[c], meshes[i]->xyz + 3 * (size_t)meshes[i]->tets[4 * k + (size_t)c],
+                       sizeof p[c]);
+            volumes[i] += tl_tet_volume((const double(*)[3])p);
+        }
+        for (size_t k = 0; k < SIDE * SIDE; k++)
+            depths[i] -= log1p(-(double)images[i]->rgba[4 * k + 3]) * pixel * pixel;
+    }
+    CHECK(volumes[1] < volumes[0]);
+    /* optical depths add up to the volume, but for pixels that the side of the cavity cuts */
+    CHECK_NEAR(depths[0], volumes[0], 3e-5);
+    CHECK_NEAR(depths[0] - depths[1], volumes[0] - volumes[1], 0.2 * (volumes[0] - volumes[1]));
+    tl_image_destroy(ctx, b);
+    tl_image_destroy(ctx, a);
+    tl_transfer_destroy(ctx, t);
+    make_release(&hollow);
+    make_release(&full);
+    tl_ctx_destroy(ctx);
+}
+
+static void same_for_all_threads(void **state)
+{
+    (void)state;
+    make_mesh m = make_grid(14);
+    make_perturb(&m, 0.004, 9);
+    tl_camera camera = along_z(false);
+    camera.position[0] = 2;
+    camera.position[1] = -1;
+    tl_image *first = NULL;
+    tl_ctx *one = context(1);
+    for (unsigned threads = 1; threads <= 4; threads++) {
+        tl_ctx *ctx = context(threads);
+        tl_transfer *t = fog(ctx, 0, 0, 1, 8);
+        tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+        if (!first) first = draw(one, &m, height, t, &camera, INFINITY);
+        CHECK(memcmp(first->rgba, image->rgba, (size_t)SIDE * SIDE * 4 * sizeof(float)) == 0);
+        tl_image_destroy(ctx, image);
+        tl_transfer_destroy(ctx, t);
+        tl_ctx_destroy(ctx);
+    }
+    tl_image_destroy(one, first);
+    tl_ctx_destroy(one);
+    make_release(&m);
+}
+
+/* Values and places that are none, tets that are no manifold: a picture comes out all the same. */
+static void hostile_meshes(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = context(2);
+    make_mesh m = make_soup(40, 300, 4);
+    m.xyz[5] = (double)NAN;
+    m.xyz[9] = (double)INFINITY;
+    tl_camera camera = along_z(false);
+    tl_transfer *t = fog(ctx, 0, 1, 1, 1);
+    tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+    for (size_t i = 0; i < (size_t)SIDE * SIDE * 4; i++) CHECK(image->rgba[i] >= 0);
+    tl_image_destroy(ctx, image);
+    camera.size_px[0] = 7;
+    tl_mesh *mesh = make_object(ctx, &m, height);
+    tl_volume *volume = NULL;
+    CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
+    CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
+    CHECK_STATUS(tl_draw_volume(ctx, volume, m.xyz, t, &camera, NULL, image), TL_ERR_ARG);
+    tl_image_destroy(ctx, image);
+    CHECK_STATUS(tl_image_create(ctx, 0, 5, &image), TL_ERR_ARG);
+    tl_volume_destroy(ctx, volume);
+    tl_mesh_destroy(mesh);
+    tl_transfer_destroy(ctx, t);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
+static void transfer_functions(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = context(1);
+    tl_transfer *t = NULL;
+    float rgb[3];
+    double extinction;
+    static const tl_color_point colors[2] = {{1, {0, 0.5, 1}}, {3, {1, 0.5, 0}}};
+    static const tl_opacity_point opacities[3] = {{0, 0}, {2, 0.5}, {4, 0}};
+    static const tl_color_point falling[2] = {{3, {0, 0, 0}}, {1, {0, 0, 0}}};
+    static const tl_opacity_point heavy[1] = {{0, 1.5}};
+    CHECK_OK(ctx, tl_transfer_create(ctx, colors, 2, opacities, 3, 0.5, &t));
+    tl_transfer_at(t, 2, rgb, &extinction);
+    CHECK_NEAR((double)rgb[0], 0.5, 1e-3);
+    CHECK_NEAR(extinction, 2 * log(2), 1e-3);
+    tl_transfer_at(t, -5, rgb, &extinction);
+    CHECK_NEAR((double)rgb[2], 1, 1e-6);
+    CHECK_NEAR(extinction, 0, 1e-6);
+    tl_transfer_at(t, (double)NAN, rgb, &extinction);
+    CHECK_NEAR(extinction, 0, 0);
+    tl_transfer_destroy(ctx, t);
+    CHECK_STATUS(tl_transfer_create(ctx, falling, 2, opacities, 3, 1, &t), TL_ERR_ARG);
+    CHECK_STATUS(tl_transfer_create(ctx, colors, 2, heavy, 1, 1, &t), TL_ERR_ARG);
+    CHECK_STATUS(tl_transfer_create(ctx, colors, 0, opacities, 3, 1, &t), TL_ERR_ARG);
+    CHECK_STATUS(tl_transfer_create(ctx, colors, 2, opacities, 3, 0, &t), TL_ERR_ARG);
+    tl_ctx_destroy(ctx);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(fog_has_its_depth),  cmocka_unit_test(linear_fields_are_exact),
+        cmocka_unit_test(cavities_are_empty), cmocka_unit_test(same_for_all_threads),
+        cmocka_unit_test(hostile_meshes),     cmocka_unit_test(transfer_functions),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
