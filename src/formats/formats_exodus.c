@@ -146,7 +146,7 @@ static tl_status read_ragged(tli_exodus *ex, const tli_nc_var *ids, const tli_nc
                      ex->nc.path, entries->name, (unsigned long long)used, ids->name,
                      (unsigned long long)all);
     if (!st) st = tli_cells_reserve(cells, count, all);
-    uint32_t *to = cells->connectivity + cells->index_count;
+    uint32_t *to = st ? NULL : cells->connectivity + cells->index_count;
     for (uint64_t c = 0; c < count && !st; c++) tli_cells_add(cells, type, sizes[c], block->id);
     if (!st) st = tli_nc_ids(&ex->nc, ids, 0, all, 1, (int64_t)limit, to);
     tl_mem_free(ex->ctx, sizes);

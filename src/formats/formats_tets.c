@@ -3,6 +3,7 @@
  * smallest-index rule of formats_split.c. A file of tets alone is converted in place. This is the
  * driver; the passes over the cells are in formats_tets_cells.c. */
 #include "formats/formats_tets.h"
+#include "mesh/mesh.h"
 
 #include <stdatomic.h>
 #include <string.h>
@@ -47,7 +48,9 @@ static tl_status check_grid(tli_tets *t)
 
 typedef struct type_scan {
     const tli_grid *grid;
-    atomic_bool other; /* than tets */
+    uint8_t type; /* of the first cell, and its number of ids */
+    uint64_t ids;
+    atomic_bool other; /* than the first */
     atomic_bool poly;  /* polyhedra or prisms */
 } type_scan;
 
@@ -58,8 +61,9 @@ static tl_status scan_piece(void *arg, size_t begin, size_t end, unsigned worker
     const tli_grid *grid = scan->grid;
     bool same = true;
     for (size_t i = begin; i < end && same; i++)
-        same = (!grid->types || grid->types[i] == TLI_VTK_TETRA) &&
-               (!grid->offsets || (grid->offsets[i] == 4 * i && grid->offsets[i + 1] == 4 * i + 4));
+        same = (!grid->types || grid->types[i] == scan->type) &&
+               (!grid->offsets ||
+                (grid->offsets[i] == scan->ids * i && grid->offsets[i + 1] == scan->ids * (i + 1)));
     bool poly = false;
     for (size_t i = begin; i < end && grid->types; i++)
         poly |= tli_cell_type_of(grid->types[i]).shape >= TLI_SHAPE_PENTAGONAL_PRISM;
@@ -68,17 +72,23 @@ static tl_status scan_piece(void *arg, size_t begin, size_t end, unsigned worker
     return TL_OK;
 }
 
-/* A list of tets alone needs neither types nor offsets; one with polyhedra needs room for counts.
- */
+/* A list of cells of one type needs neither types nor offsets; one with polyhedra needs room for
+ * counts. */
 static tl_status scan_types(tli_tets *t)
 {
     tli_grid *grid = t->grid;
-    if (grid->block_count) return TL_OK;
-    type_scan scan = {.grid = grid};
+    t->type = TLI_VTK_TETRA;
+    t->type_ids = 4;
+    if (grid->block_count || !t->cell_count) return TL_OK;
+    type_scan scan = {.grid = grid,
+                      .type = grid->types ? grid->types[0] : TLI_VTK_TETRA,
+                      .ids = grid->offsets ? grid->offsets[1] - grid->offsets[0] : 4};
     tl_status st = tli_parallel(t->ctx, (size_t)t->cell_count, TLI_TETS_GRAIN, scan_piece, &scan);
     if (!st && atomic_load(&scan.poly))
         t->cell_counts = tl_mem_alloc(t->ctx, (size_t)t->cell_count, sizeof *t->cell_counts, &st);
-    if (st || atomic_load(&scan.other)) return st;
+    if (st || atomic_load(&scan.other) || scan.ids > UINT32_MAX) return st;
+    t->type = scan.type;
+    t->type_ids = (uint32_t)scan.ids;
     tl_mem_free(t->ctx, grid->types);
     tl_mem_free(t->ctx, grid->offsets);
     grid->types = NULL;
@@ -192,8 +202,7 @@ static tl_status make_mesh(tli_tets *t, int region_index, tl_mesh **mesh)
     t->grid->xyz = NULL;
     t->tets = NULL;
     tl_mesh_set_time(*mesh, t->grid->time);
-    if (t->regions) st = tl_mesh_set_regions(*mesh, t->regions);
-    tl_mem_free(t->ctx, t->regions);
+    (*mesh)->regions = t->regions; /* without the copy that tl_mesh_set_regions would make */
     t->regions = NULL;
     for (uint32_t i = 0; own_regions && i < t->grid->region_name_count && !st; i++)
         st = tl_mesh_set_region_name(*mesh, t->grid->region_names[i].id,

@@ -40,6 +40,9 @@ typedef struct tli_tets {
     tli_tally sum;
 
     uint64_t cell_count;
+    uint8_t type;           /* of all cells of a list, where the grid has no types */
+    uint32_t type_ids;      /* ids of each, where it has no offsets */
+    uint64_t ids_left_out;  /* from the beginning of the connectivity that the grid has now */
     uint64_t cell_first;    /* of the data set, where this is a part of it; for messages */
     uint64_t *block_first;  /* [block_count + 1] first cell of each structured block */
     uint8_t *point_marks;   /* [point_count] */

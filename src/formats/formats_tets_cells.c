@@ -11,6 +11,9 @@
 #include <stdatomic.h>
 #include <string.h>
 
+/* Pieces whose ids are copied at once. */
+#define WINDOW_PIECES 16
+
 /* ---- walking over cells ---- */
 
 /* The corners of one cell after the other, from any cell on. */
@@ -82,7 +85,23 @@ static tli_cell_type cell_type(const cell_walk *walk)
 {
     const tli_grid *grid = walk->t->grid;
     if (grid->block_count) return structured_type(&grid->blocks[walk->block]);
-    return tli_cell_type_of(grid->types ? grid->types[walk->cell] : TLI_VTK_TETRA);
+    return tli_cell_type_of(grid->types ? grid->types[walk->cell] : walk->t->type);
+}
+
+/* Where the ids of a cell of a list begin; of the number of cells: where they all end. */
+static uint64_t ids_begin(const tli_tets *t, uint64_t cell)
+{
+    return t->grid->offsets ? t->grid->offsets[cell] : cell * t->type_ids;
+}
+
+static const uint32_t *cell_ids(const cell_walk *walk)
+{
+    return walk->t->grid->connectivity + (ids_begin(walk->t, walk->cell) - walk->t->ids_left_out);
+}
+
+static uint64_t cell_id_count(const cell_walk *walk)
+{
+    return ids_begin(walk->t, walk->cell + 1) - ids_begin(walk->t, walk->cell);
 }
 
 /* Corners: of a structured cell x + 2 y + 4 z, else in VTK's order. */
@@ -97,8 +116,7 @@ static void cell_corners(const cell_walk *walk, tli_shape shape, tl_lidx corners
                 (tl_lidx)(base + (c & 1) + (c >> 1 & 1) * walk->step_y + (c >> 2) * walk->step_z);
         return;
     }
-    uint64_t offset = grid->offsets ? grid->offsets[walk->cell] : 4 * walk->cell;
-    memcpy(corners, grid->connectivity + offset, tli_shape_corners(shape) * sizeof *corners);
+    memcpy(corners, cell_ids(walk), tli_shape_corners(shape) * sizeof *corners);
 }
 
 /* Tets of the cell, split by its indices; the number of those left out for a repeated vertex. */
@@ -141,8 +159,8 @@ static tl_status prism_faces(tli_poly *poly, const tl_lidx *corners, unsigned co
 static tl_status poly_faces(const cell_walk *walk, tli_shape shape, tli_poly *poly)
 {
     const tli_grid *grid = walk->t->grid;
-    const uint32_t *ids = grid->connectivity + grid->offsets[walk->cell];
-    uint64_t count = grid->offsets[walk->cell + 1] - grid->offsets[walk->cell];
+    const uint32_t *ids = cell_ids(walk);
+    uint64_t count = cell_id_count(walk);
     tl_status st = TL_OK;
     tli_poly_begin(poly);
     if (shape != TLI_SHAPE_POLYHEDRON) return prism_faces(poly, ids, tli_shape_corners(shape) / 2);
@@ -174,9 +192,8 @@ static void place_centre(tli_tets *t, const tli_poly *poly, uint64_t id)
 
 static tl_status check_point_count(const cell_walk *walk, tli_cell_type type)
 {
-    const tli_grid *grid = walk->t->grid;
-    if (grid->block_count || !grid->offsets) return TL_OK;
-    uint64_t cell = walk->cell, points = grid->offsets[cell + 1] - grid->offsets[cell];
+    if (walk->t->grid->block_count) return TL_OK;
+    uint64_t cell = walk->cell, points = cell_id_count(walk);
     unsigned expected = type.points ? type.points : tli_shape_corners(type.shape);
     if (type.points ? points == expected : points >= expected) return TL_OK;
     return tl_fail(walk->t->ctx, TL_ERR_FORMAT, "cell %llu (%s): %llu points, expected %s%u",
@@ -340,9 +357,18 @@ static tl_status build_poly(tli_tets *t, const cell_walk *walk, tli_shape shape,
     return st;
 }
 
+/* Cells that are built at once, beginning with a piece. */
+typedef struct build_window {
+    tli_tets *t;
+    uint64_t first;
+} build_window;
+
 static tl_status build_piece(void *arg, size_t begin, size_t end, unsigned worker)
 {
-    tli_tets *t = arg;
+    const build_window *window = arg;
+    tli_tets *t = window->t;
+    begin += (size_t)window->first;
+    end += (size_t)window->first;
     size_t piece = begin / TLI_TETS_GRAIN;
     tl_lidx(*out)[4] = (tl_lidx(*)[4])t->tets + t->piece_first[piece];
     uint64_t centre = t->first_centre + t->piece_centre[piece];
@@ -441,20 +467,88 @@ static void close_gaps(tli_tets *t)
         if (t->cell_marks[i] & TLI_CELL_COUNT) memmove(tets[kept++], tets[i], sizeof *tets);
 }
 
+/* ---- lists of cells, in the memory of their ids ---- */
+
+/* First cell of a window of pieces. */
+static uint64_t window_begin(const tli_tets *t, uint64_t window)
+{
+    uint64_t cell = window * WINDOW_PIECES * TLI_TETS_GRAIN;
+    return cell < t->cell_count ? cell : t->cell_count;
+}
+
+static uint64_t tets_before(const tli_tets *t, uint64_t cell)
+{
+    return t->piece_first[(cell + TLI_TETS_GRAIN - 1) / TLI_TETS_GRAIN];
+}
+
+/* How large the block must be that holds the tets of all windows up to one at its beginning and, at
+ * its end, the ids of the others; and the ids of the largest window. */
+static void measure_windows(const tli_tets *t, uint64_t *room, uint64_t *largest)
+{
+    uint64_t ids = ids_begin(t, t->cell_count);
+    *room = ids;
+    *largest = 0;
+    for (uint64_t w = 0; window_begin(t, w) < t->cell_count; w++) {
+        uint64_t end = window_begin(t, w + 1), from = ids_begin(t, window_begin(t, w));
+        uint64_t wanted = 4 * tets_before(t, end) + (ids - ids_begin(t, end));
+        if (wanted > *room) *room = wanted;
+        if (ids_begin(t, end) - from > *largest) *largest = ids_begin(t, end) - from;
+    }
+}
+
+/* Tets need more room than the ids of their cells, and both together would be most of the memory of
+ * a conversion. So the ids go to the end of a block that holds the tets, a window of them at a time
+ * into a copy, and its tets to where they belong: never over ids that are still needed. */
+static tl_status build_list(tli_tets *t)
+{
+    tli_grid *grid = t->grid;
+    tl_status st = TL_OK;
+    uint64_t room, largest, ids = ids_begin(t, t->cell_count);
+    measure_windows(t, &room, &largest);
+    uint32_t *copy = tl_mem_alloc(t->ctx, (size_t)largest, sizeof *copy, &st);
+    grid->connectivity =
+        tl_mem_resize(t->ctx, grid->connectivity, (size_t)room, sizeof *t->tets, &st);
+    if (!st) {
+        t->tets = grid->connectivity;
+        grid->connectivity = copy;
+        memmove(t->tets + (room - ids), t->tets, (size_t)ids * sizeof *t->tets);
+    }
+    for (uint64_t w = 0; !st && window_begin(t, w) < t->cell_count; w++) {
+        build_window window = {t, window_begin(t, w)};
+        uint64_t end = window_begin(t, w + 1);
+        t->ids_left_out = ids_begin(t, window.first);
+        memcpy(copy, t->tets + (room - ids) + t->ids_left_out,
+               (size_t)(ids_begin(t, end) - t->ids_left_out) * sizeof *copy);
+        st = tli_parallel(t->ctx, (size_t)(end - window.first), TLI_TETS_GRAIN, build_piece,
+                          &window);
+    }
+    if (t->tets) {
+        grid->connectivity = NULL;
+        t->tets = tl_mem_resize(t->ctx, t->tets, t->tet_count, 4 * sizeof *t->tets, &st);
+    }
+    tl_mem_free(t->ctx, copy);
+    t->ids_left_out = 0;
+    return st;
+}
+
 tl_status tli_tets_build(tli_tets *t)
 {
     tli_grid *grid = t->grid;
     tl_status st = TL_OK;
-    if (!grid->block_count && !grid->types && !grid->offsets) {
+    if (!grid->block_count && !grid->types && !grid->offsets && t->type == TLI_VTK_TETRA) {
         t->one_to_one = t->tet_count == t->cell_count;
         t->tets = grid->connectivity;
         grid->connectivity = NULL;
         if (!t->one_to_one) close_gaps(t);
         t->tets = tl_mem_resize(t->ctx, t->tets, t->tet_count, 4 * sizeof *t->tets, &st);
         if (!st) st = tli_parallel(t->ctx, t->tet_count, TLI_TETS_GRAIN, turn_piece, t);
+    } else if (!grid->block_count) {
+        st = build_list(t);
     } else {
+        build_window all = {t, 0};
         t->tets = tl_mem_alloc(t->ctx, t->tet_count, 4 * sizeof *t->tets, &st);
-        if (!st) st = tli_parallel(t->ctx, (size_t)t->cell_count, TLI_TETS_GRAIN, build_piece, t);
+        if (!st)
+            st = tli_parallel(t->ctx, (size_t)t->cell_count, TLI_TETS_GRAIN, build_piece, &all);
     }
     tl_mem_free(t->ctx, grid->connectivity);
     tl_mem_free(t->ctx, grid->offsets);

@@ -92,6 +92,8 @@ tl_status tli_tets_take_regions(tli_tets *t)
     for (uint64_t cell = 0; cell < t->cell_count && !st; cell++)
         for (uint32_t i = tli_cell_tets(t, cell); i; i--)
             t->regions[tet++] = t->grid->regions[cell];
+    tl_mem_free(t->ctx, t->grid->regions);
+    t->grid->regions = NULL;
     return st;
 }
 
