@@ -230,6 +230,60 @@ static void test_open_cells(void **state)
     tl_ctx_destroy(ctx);
 }
 
+/* Two cubes side by side that both lack the face between them: each gets it, cut alike. */
+static void test_missing_faces(void **state)
+{
+    (void)state;
+    static const double xyz[36] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1,
+                                   1, 1, 1, 0, 1, 1, 2, 0, 0, 2, 1, 0, 2, 0, 1, 2, 1, 1};
+    static const uint32_t left[] = {4, 0, 3, 2, 1, 4, 4, 5, 6, 7, 4, 0, 1,
+                                    5, 4, 4, 3, 7, 6, 2, 4, 0, 4, 7, 3, 0};
+    static const uint32_t right[] = {4,  1, 2, 9, 8, 4,  5, 10, 11, 6, 4,  1,  8,
+                                     10, 5, 4, 2, 6, 11, 9, 4,  8,  9, 11, 10, 0};
+    tl_ctx *ctx = grid_ctx(0, 1);
+    grid_maker m;
+    tl_read_report report;
+    tl_mesh_stats stats;
+    maker_open(&m, ctx, xyz, 12);
+    maker_polyhedron(&m, left);
+    maker_polyhedron(&m, right);
+    tl_mesh *mesh = maker_mesh(&m, &report);
+    CHECK_EQ(report.open_cells, 0);
+    CHECK_EQ(report.closed_cells, 2);
+    CHECK_OK(ctx, tl_mesh_measure(ctx, mesh, &stats));
+    CHECK_NEAR(stats.volume, 2, 1e-12);
+    CHECK_EQ(stats.boundary_triangles, 20);
+    CHECK_EQ(stats.components, 1);
+    maker_close(&m, mesh);
+    tl_ctx_destroy(ctx);
+}
+
+/* What is no hole: a long edge beside the two short ones of a neighbour, and two holes that meet at
+ * a corner, of which nobody says which edges belong together. */
+static void test_no_holes(void **state)
+{
+    (void)state;
+    static const double xyz[27] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1,   0, 0, 0,
+                                   1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 0.5, 0, 0};
+    static const uint32_t broken[][36] = {
+        {4, 0, 3, 2, 1, 4, 4, 5, 6, 7, 5, 0, 8, 1, 5, 4,
+         4, 3, 7, 6, 2, 4, 0, 4, 7, 3, 4, 1, 2, 6, 5, 0},
+        {3, 0, 2, 1, 3, 0, 3, 2, 3, 4, 5, 6, 3, 0, 1, 5, 3, 2, 3, 7, 3, 2, 7, 6, 3, 0, 4, 7, 0},
+    };
+    tl_ctx *ctx = grid_ctx(0, 1);
+    for (size_t i = 0; i < 2; i++) {
+        grid_maker m;
+        tl_read_report report;
+        maker_open(&m, ctx, xyz, 9);
+        maker_polyhedron(&m, broken[i]);
+        tl_mesh *mesh = maker_mesh(&m, &report);
+        CHECK_EQ(report.open_cells, 1);
+        CHECK_EQ(report.closed_cells, 0);
+        maker_close(&m, mesh);
+    }
+    tl_ctx_destroy(ctx);
+}
+
 /* ---- many cells ---- */
 
 /* Points of an n x n x n grid with shuffled ids. */
@@ -512,6 +566,8 @@ int main(void)
         cmocka_unit_test(test_directions_of_faces),
         cmocka_unit_test(test_centre),
         cmocka_unit_test(test_open_cells),
+        cmocka_unit_test(test_missing_faces),
+        cmocka_unit_test(test_no_holes),
         cmocka_unit_test(test_polyhedra_beside_hexahedra),
         cmocka_unit_test(test_refinement),
         cmocka_unit_test(test_labels),

@@ -83,6 +83,7 @@ typedef struct tl_read_report {
     uint64_t nonfinite_values; /* channel values that are NaN or infinite */
     uint64_t open_cells;       /* polyhedra whose faces do not close; left out */
     uint64_t new_points;       /* vertices in the middle of polyhedra that no corner splits */
+    uint64_t closed_cells;     /* polyhedra with holes of some edges, each of which got a face */
 } tl_read_report;
 
 /* Reads any known file as tets; the kind is told by the bytes, then by the name. Everything that is

@@ -15,6 +15,8 @@
 #define APEX_TRIES 8
 /* A triangle of a face counts as flat below this part of the area of the face. */
 #define FLAT_PART 1e-9
+/* A hole in a polyhedron is closed if its area is at least this part of the square of its edges. */
+#define HOLE_PART 1e-4
 /* Corners that are looked at for it. */
 #define APEX_LOOKS 64
 /* Relative to the lengths of the rows of a matrix: the determinant of one that is no use. */
@@ -34,6 +36,12 @@ typedef struct tli_poly_edge {
     bool forward; /* the face runs from low to high */
 } tli_poly_edge;
 
+/* An edge that one face has alone, as one of its ends sees it. */
+typedef struct tli_poly_half {
+    tl_lidx from, to;
+    bool used;
+} tli_poly_half;
+
 /* ---- scratch ---- */
 
 void tli_poly_open(tl_ctx *ctx, tli_poly *poly)
@@ -46,6 +54,7 @@ void tli_poly_close(tli_poly *poly)
     tl_ctx *ctx = poly->ctx;
     tl_mem_free(ctx, poly->queue);
     tl_mem_free(ctx, poly->turns);
+    tl_mem_free(ctx, poly->halves);
     tl_mem_free(ctx, poly->edges);
     tl_mem_free(ctx, poly->weights);
     tl_mem_free(ctx, poly->verts);
@@ -235,6 +244,91 @@ static bool edges_pair_up(const tli_poly *poly)
             (i && same_edge(&edges[i], &edges[i - 1])))
             return false;
     return true;
+}
+
+/* ---- holes ---- */
+
+static int compare_halves(const void *a, const void *b)
+{
+    const tli_poly_half *x = a, *y = b;
+    if (x->from != y->from) return x->from < y->from ? -1 : 1;
+    return (x->to > y->to) - (x->to < y->to);
+}
+
+/* Lists the edges that one face has alone, from both ends. *count 0 if there are none, or if an
+ * end has other than two of them, or if another edge has more than two faces. */
+static tl_status list_halves(tli_poly *poly, size_t *count)
+{
+    tl_status st = TL_OK;
+    size_t used = 0;
+    *count = 0;
+    poly->halves = room_for(poly->ctx, poly->halves, &poly->half_room, 2 * poly->id_count,
+                            sizeof *poly->halves, &st);
+    for (size_t i = 0, end; !st && i < poly->id_count; i = end) {
+        const tli_poly_edge *edge = &poly->edges[i];
+        for (end = i + 1; end < poly->id_count && same_edge(edge, &poly->edges[end]);) end++;
+        if (end - i > 2) return TL_OK;
+        if (end - i == 2) continue;
+        poly->halves[used++] = (tli_poly_half){edge->low, edge->high, false};
+        poly->halves[used++] = (tli_poly_half){edge->high, edge->low, false};
+    }
+    if (st || !used) return st;
+    qsort(poly->halves, used, sizeof *poly->halves, compare_halves);
+    for (size_t i = 0; i < used; i += 2)
+        if (poly->halves[i].from != poly->halves[i + 1].from ||
+            (i && poly->halves[i].from == poly->halves[i - 1].from))
+            return TL_OK;
+    *count = used;
+    return TL_OK;
+}
+
+/* The loop that begins with a half edge goes to loop; returns its length. */
+static size_t walk_hole(tli_poly *poly, size_t half_count, size_t first, tl_lidx *loop)
+{
+    size_t length = 0;
+    for (size_t at = first; !poly->halves[at].used;) {
+        const tli_poly_half wanted = {poly->halves[at].to, poly->halves[at].from, false};
+        poly->halves[at].used = true;
+        loop[length++] = poly->halves[at].from;
+        tli_poly_half *back =
+            bsearch(&wanted, poly->halves, half_count, sizeof wanted, compare_halves);
+        back->used = true; /* each edge goes into one loop, in one direction */
+        at = (size_t)(back - poly->halves) ^ 1;
+    }
+    return length;
+}
+
+/* The loop goes around something: it is not a long edge beside the short ones of others. */
+static bool hole_is_wide(const double *xyz, const tl_lidx *loop, size_t count)
+{
+    double whole[3] = {0, 0, 0}, around = 0;
+    for (size_t i = 0; i < count; i++) {
+        double n[3], edge[3];
+        const double *p = xyz + 3 * (size_t)loop[i], *q = xyz + 3 * (size_t)loop[(i + 1) % count];
+        triangle_normal(xyz + 3 * (size_t)loop[0], p, q, n);
+        vec_sub(q, p, edge);
+        around += vec_length(edge);
+        for (int k = 0; k < 3; k++) whole[k] += n[k];
+    }
+    return vec_length(whole) > HOLE_PART * around * around;
+}
+
+/* Adds the faces that are missing. */
+static tl_status close_holes(tli_poly *poly, const double *xyz)
+{
+    size_t halves;
+    tl_status st = list_halves(poly, &halves);
+    tl_lidx *loop = NULL;
+    if (!st && halves) loop = tl_mem_alloc(poly->ctx, halves, sizeof *loop, &st);
+    for (size_t i = 0; !st && i < halves; i++) {
+        if (poly->halves[i].used) continue;
+        size_t length = walk_hole(poly, halves, i, loop);
+        if (length < 3 || !hole_is_wide(xyz, loop, length)) continue;
+        st = tli_poly_face(poly, loop, length);
+        poly->closed = true;
+    }
+    tl_mem_free(poly->ctx, loop);
+    return st;
 }
 
 /* Turns faces until all run in the same sense as face 0. False if they can't, or if some can't be
@@ -456,6 +550,12 @@ tl_status tli_poly_split(tli_poly *poly, const double *xyz, tl_lidx centre_id, t
     tl_status st = reserve(poly);
     if (st) return st;
     list_edges(poly);
+    poly->closed = false;
+    if (!edges_pair_up(poly)) {
+        st = close_holes(poly, xyz);
+        if (st || !poly->closed || (st = reserve(poly))) return st;
+        list_edges(poly);
+    }
     if (!edges_pair_up(poly) || !align_faces(poly)) return TL_OK;
     st = cut_faces(poly, xyz);
     if (st || !triangles_are_simple(poly)) return st;

@@ -25,6 +25,7 @@ typedef struct tli_poly {
     size_t triangle_count, triangle_room;
 
     /* results of tli_poly_split */
+    bool closed; /* faces were added that it lacked */
     tl_lidx (*tets)[4];
     size_t tet_count, tet_room;
     tl_lidx *verts; /* distinct corners, ascending */
@@ -36,6 +37,8 @@ typedef struct tli_poly {
 
     struct tli_poly_edge *edges;
     size_t edge_room;
+    struct tli_poly_half *halves; /* of edges that one face has alone */
+    size_t half_room;
     uint8_t *turns; /* [face_count] 0: not reached, 1: as it is, 2: turned */
     size_t *queue;
     size_t turn_room;
@@ -53,7 +56,9 @@ tl_status tli_poly_face(tli_poly *poly, const uint32_t *ids, size_t count);
 /* Splits. Each face is cut into triangles by its own corners alone, so that two cells that share it
  * cut it alike: from the corner of the smallest id or, where it has more than four corners and that
  * gives flat or turned triangles, from the first that does not. The tets are then positive if that
- * can be had from a corner, else from the centre, whose index is centre_id. xyz: of all points. */
+ * can be had from a corner, else from the centre, whose index is centre_id. Where the edges that
+ * one face has alone run around holes, each hole gets the face that is missing; neighbours that
+ * lack the same one make the same. xyz: of all points. */
 tl_status tli_poly_split(tli_poly *poly, const double *xyz, tl_lidx centre_id, tli_poly_kind *kind);
 
 /* The cut of one face of three or more different corners into triangles [count - 2]: for labels. */

@@ -26,6 +26,7 @@ typedef struct tli_tally {
     uint64_t cells[TL_CELL_KIND_COUNT];
     uint64_t ghosts, blanks, repeated;
     uint64_t faceless, open; /* polyhedra without faces, or whose faces are not closed */
+    uint64_t closed;         /* polyhedra that got the faces that they lacked */
     uint64_t turned, inverted, degenerate;
     uint64_t nonfinite_tets, nonfinite_values, filled;
 } tli_tally;

@@ -253,6 +253,7 @@ static tl_status count_poly(tli_tets *t, const cell_walk *walk, tli_shape shape,
     if (poly->tet_count > TL_MESH_TETS_MAX)
         return tl_fail(t->ctx, TL_ERR_UNSUPPORTED, "cell %llu becomes %zu tets",
                        (unsigned long long)walk->cell, poly->tet_count);
+    tally->closed += poly->closed;
     *mark = TLI_CELL_COUNT | (kind == TLI_POLY_CENTRE ? TLI_CELL_CENTRE : 0);
     t->cell_counts[walk->cell] = (uint32_t)poly->tet_count;
     for (size_t i = 0; i < poly->tet_count; i++)

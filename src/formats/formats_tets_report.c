@@ -23,6 +23,7 @@ static void fill_report(tli_tets *t)
     r->surface_cells = t->sum.faceless;
     for (int k = TL_CELL_SURFACE; k < TL_CELL_KIND_COUNT; k++) r->surface_cells += r->cells[k];
     r->open_cells = t->sum.open;
+    r->closed_cells = t->sum.closed;
     r->new_points = t->centre_count;
     r->turned = t->sum.turned;
     r->inverted = t->sum.inverted;
@@ -57,6 +58,7 @@ static void say_what_changed(tli_tets *t)
         {quadratic, "cells of higher order taken by their corners"},
         {t->sum.faceless, "polyhedra without faces left out"},
         {r->open_cells, "polyhedra left out, whose faces do not close"},
+        {r->closed_cells, "polyhedra lacked faces, which were added"},
         {r->new_points, "polyhedra split from a new vertex in their middle"},
         {r->ghost_cells, "ghost cells dropped"},
         {r->blank_cells, "cells cut away for missing values"},
