@@ -16,9 +16,8 @@ static inline void fuzz_source_fill(tli_source *source, const char *path, const 
 }
 
 /* Reads bytes under a name with a reader. */
-static inline void fuzz_read(tl_status (*read)(tl_ctx *ctx, const tli_source *source,
-                                               const tl_read_opts *opts, tli_grid *grid),
-                             const char *path, const uint8_t *bytes, size_t byte_count)
+static inline void fuzz_read(tli_read_fn *read, const char *path, const uint8_t *bytes,
+                             size_t byte_count)
 {
     tl_ctx *ctx = fuzz_ctx_create();
     tl_read_opts opts = tl_read_opts_defaults();
@@ -30,9 +29,8 @@ static inline void fuzz_read(tl_status (*read)(tl_ctx *ctx, const tli_source *so
 }
 
 /* Lists the steps of bytes under a name. */
-static inline void fuzz_steps(tl_status (*list)(tl_ctx *ctx, const tli_source *source,
-                                                const tl_read_opts *opts, tl_steps *steps),
-                              const char *path, const uint8_t *bytes, size_t byte_count)
+static inline void fuzz_steps(tli_steps_fn *list, const char *path, const uint8_t *bytes,
+                              size_t byte_count)
 {
     tl_ctx *ctx = fuzz_ctx_create();
     tl_read_opts opts = tl_read_opts_defaults();

@@ -130,6 +130,62 @@ static inline void grid_range(const tli_grid_array *array, double range[2])
     }
 }
 
+/* A block of ni x nj x nk points with x from x0 on, a point array of the same x and
+ * a cell array that counts. */
+static inline tl_status grid_make_block(tl_ctx *ctx, double x0, uint32_t ni, uint32_t nj,
+                                        uint32_t nk, const char *name, tli_grid *grid)
+{
+    tl_status st = TL_OK;
+    tli_grid_array *points, *cells;
+    tli_grid_init(ctx, grid);
+    grid->point_count = (uint64_t)ni * nj * nk;
+    grid->xyz = tl_mem_alloc(ctx, (size_t)grid->point_count, 3 * sizeof(double), &st);
+    grid->blocks = tl_mem_zalloc(ctx, 1, sizeof *grid->blocks, &st);
+    if (st) return st;
+    grid->block_count = 1;
+    grid->blocks[0] = (tli_grid_block){0, {ni, nj, nk}};
+    st = tli_grid_add(grid, TL_ON_VERTEX, name, 1, TL_F32, NULL, &points);
+    if (!st) st = tli_grid_add(grid, TL_ON_TET, "cell", 1, TL_I32, NULL, &cells);
+    if (st) return st;
+    for (uint64_t p = 0; p < grid->point_count; p++) {
+        double *at = grid->xyz + 3 * p;
+        at[0] = x0 + (double)(p % ni), at[1] = (double)(p / ni % nj), at[2] = (double)(p / ni / nj);
+        points->values[p] = at[0];
+    }
+    for (uint64_t c = 0; c < cells->count; c++) cells->values[c] = (double)c;
+    return TL_OK;
+}
+
+/* Sum of the signed volumes of all tets. */
+static inline double volume_of(const tl_mesh *mesh)
+{
+    double sum = 0;
+    for (size_t t = 0; t < tl_mesh_tet_count(mesh); t++) {
+        double p[4][3];
+        for (int v = 0; v < 4; v++)
+            memcpy(p[v], tl_mesh_xyz(mesh) + 3 * (size_t)tl_mesh_tets(mesh)[4 * t + (size_t)v],
+                   sizeof p[v]);
+        sum += tl_tet_volume((const double(*)[3])p);
+    }
+    return sum;
+}
+
+/* The bytes of a small whole number as a type, in a byte order; returns how many. */
+static inline size_t grid_number(uint8_t bytes[8], tl_scalar scalar, bool big_endian, int value)
+{
+    uint64_t bits = (uint64_t)(int64_t)value;
+    const size_t count = tl_scalar_bytes(scalar);
+    const float narrow = (float)value;
+    const double wide = value;
+    uint32_t narrow_bits;
+    memcpy(&narrow_bits, &narrow, sizeof narrow_bits);
+    if (scalar == TL_F32) bits = narrow_bits;
+    if (scalar == TL_F64) memcpy(&bits, &wide, sizeof bits);
+    for (size_t i = 0; i < count; i++)
+        bytes[i] = (uint8_t)(bits >> 8 * (big_endian ? count - 1 - i : i));
+    return count;
+}
+
 /* Path of a real data set; false if this machine has none. */
 static inline bool data_path(const char *name, char *path, size_t path_bytes)
 {

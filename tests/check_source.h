@@ -7,8 +7,7 @@
 
 #include "formats/formats_reader.h"
 
-typedef tl_status (*source_reader)(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                                   tli_grid *grid);
+typedef tli_read_fn *source_reader;
 
 /* Bytes under a name; opts may be NULL. The arg of source_read. */
 typedef struct source_case {

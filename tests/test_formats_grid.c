@@ -9,32 +9,6 @@
 
 /* ---- grids made by hand ---- */
 
-/* A block of ni x nj x nk points with x from x0 on, a point array x and a cell array that counts.
- */
-static tl_status make_block(tl_ctx *ctx, double x0, uint32_t ni, uint32_t nj, uint32_t nk,
-                            tli_grid *grid)
-{
-    tl_status st = TL_OK;
-    tli_grid_array *points, *cells;
-    tli_grid_init(ctx, grid);
-    grid->point_count = (uint64_t)ni * nj * nk;
-    grid->xyz = tl_mem_alloc(ctx, (size_t)grid->point_count, 3 * sizeof(double), &st);
-    grid->blocks = tl_mem_zalloc(ctx, 1, sizeof *grid->blocks, &st);
-    if (st) return st;
-    grid->block_count = 1;
-    grid->blocks[0] = (tli_grid_block){0, {ni, nj, nk}};
-    st = tli_grid_add(grid, TL_ON_VERTEX, "x", 1, TL_F32, NULL, &points);
-    if (!st) st = tli_grid_add(grid, TL_ON_TET, "cell", 1, TL_I32, NULL, &cells);
-    if (st) return st;
-    for (uint64_t p = 0; p < grid->point_count; p++) {
-        double *at = grid->xyz + 3 * p;
-        at[0] = x0 + (double)(p % ni), at[1] = (double)(p / ni % nj), at[2] = (double)(p / ni / nj);
-        points->values[p] = at[0];
-    }
-    for (uint64_t c = 0; c < cells->count; c++) cells->values[c] = (double)c;
-    return TL_OK;
-}
-
 /* The unit tet, as a list without types and offsets. */
 static tl_status make_tet(tl_ctx *ctx, tli_grid *grid)
 {
@@ -78,7 +52,7 @@ static void test_blocks_stay_blocks(void **state)
     const uint32_t left[4] = {0, 2, 6, 4};
     tli_grid_init(ctx, &all);
     for (int b = 0; b < 2; b++) {
-        CHECK_OK(ctx, make_block(ctx, 2 * b, 2, 2, 2, &part));
+        CHECK_OK(ctx, grid_make_block(ctx, 2 * b, 2, 2, 2, "x", &part));
         CHECK_OK(ctx, add_quad_label(&part, "left", left));
         part.time = 0.5;
         const tli_join how = {true, 10 + b, b ? "second" : "first"};
@@ -109,7 +83,7 @@ static void test_block_and_list(void **state)
     for (int order = 0; order < 2; order++) {
         tl_ctx *ctx = grid_ctx(0, 1);
         tli_grid block, tet;
-        CHECK_OK(ctx, make_block(ctx, 0, 3, 2, 2, &block));
+        CHECK_OK(ctx, grid_make_block(ctx, 0, 3, 2, 2, "x", &block));
         CHECK_OK(ctx, make_tet(ctx, &tet));
         tli_grid *all = order ? &tet : &block, *part = order ? &block : &tet;
         CHECK_OK(ctx, tli_grid_join(all, part, NULL));
@@ -142,7 +116,7 @@ static void test_flat_blocks_as_lists(void **state)
     for (int i = 0; i < 3; i++) {
         tli_grid grid;
         const uint32_t *d = cases[i].dims;
-        CHECK_OK(ctx, make_block(ctx, 0, d[0], d[1], d[2], &grid));
+        CHECK_OK(ctx, grid_make_block(ctx, 0, d[0], d[1], d[2], "x", &grid));
         uint64_t cells = tli_grid_cell_count(&grid);
         CHECK_OK(ctx, tli_grid_unstructure(&grid));
         CHECK_EQ(grid.cell_count, cells);
@@ -164,7 +138,7 @@ static tl_status join_all(tl_ctx *ctx, void *arg)
     tli_grid_init(ctx, &all);
     tl_status st = TL_OK;
     for (int i = 0; i < 3 && !st; i++) {
-        st = i == 1 ? make_tet(ctx, &part) : make_block(ctx, i, 2, 2, 2, &part);
+        st = i == 1 ? make_tet(ctx, &part) : grid_make_block(ctx, i, 2, 2, 2, "x", &part);
         if (!st) st = add_quad_label(&part, "quad", quad);
         const tli_join how = {true, i, "name"};
         if (!st) st = tli_grid_join(&all, &part, &how);
@@ -199,8 +173,8 @@ static void test_weld(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         tli_grid all, part;
         uint64_t welded;
-        CHECK_OK(ctx, make_block(ctx, 1e6, 4, 3, 3, &all));
-        CHECK_OK(ctx, make_block(ctx, 1e6 + 3 + cases[i].gap, 2, 3, 3, &part));
+        CHECK_OK(ctx, grid_make_block(ctx, 1e6, 4, 3, 3, "x", &all));
+        CHECK_OK(ctx, grid_make_block(ctx, 1e6 + 3 + cases[i].gap, 2, 3, 3, "x", &part));
         CHECK_OK(ctx, tli_grid_join(&all, &part, NULL));
         CHECK_OK(ctx, tli_grid_weld(&all, cases[i].distance, &welded));
         CHECK_EQ(welded, cases[i].welded);

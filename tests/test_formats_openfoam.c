@@ -1,34 +1,13 @@
 /* OpenFOAM: a case of two cells written here, text and binary, with patches, fields and times; as
  * hexahedra and as polyhedra; decomposed; packed; damaged files; and the real cases. */
 #include "check_source.h"
+#include "make_text.h"
 
 #include "formats/formats_openfoam.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
-
-typedef struct text {
-    char bytes[8192];
-    size_t count;
-} text;
-
-static void add(text *t, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    int n = vsnprintf(t->bytes + t->count, sizeof t->bytes - t->count, format, args);
-    va_end(args);
-    CHECK(n >= 0 && t->count + (size_t)n < sizeof t->bytes);
-    t->count += (size_t)n;
-}
-
-static void add_bytes(text *t, const void *bytes, size_t count)
-{
-    CHECK(t->count + count <= sizeof t->bytes);
-    memcpy(t->bytes + t->count, bytes, count);
-    t->count += count;
-}
 
 static void head(text *t, const char *class_name, bool binary)
 {
@@ -192,19 +171,6 @@ static tl_status read_case(tl_ctx *ctx, const char *path, uint64_t step, tli_gri
     tl_ctx_clear(ctx);
     tli_grid_init(ctx, grid);
     return tli_read_openfoam(ctx, &source, &opts, grid);
-}
-
-static double volume_of(const tl_mesh *mesh)
-{
-    double sum = 0;
-    for (size_t t = 0; t < tl_mesh_tet_count(mesh); t++) {
-        double p[4][3];
-        for (int v = 0; v < 4; v++)
-            memcpy(p[v], tl_mesh_xyz(mesh) + 3 * (size_t)tl_mesh_tets(mesh)[4 * t + (size_t)v],
-                   sizeof p[v]);
-        sum += tl_tet_volume((const double(*)[3])p);
-    }
-    return sum;
 }
 
 static void check_case(const tli_grid *grid, bool split, int time)

@@ -68,19 +68,6 @@ static void maker_label(grid_maker *m, const char *name, int32_t id, const uint3
     CHECK_OK(m->ctx, tli_grid_add_label(&m->grid, name, id, faces, offsets, points));
 }
 
-static double volume_of(const tl_mesh *mesh)
-{
-    double sum = 0;
-    for (size_t t = 0; t < tl_mesh_tet_count(mesh); t++) {
-        double p[4][3];
-        for (int v = 0; v < 4; v++)
-            memcpy(p[v], tl_mesh_xyz(mesh) + 3 * (size_t)tl_mesh_tets(mesh)[4 * t + (size_t)v],
-                   sizeof p[v]);
-        sum += tl_tet_volume((const double(*)[3])p);
-    }
-    return sum;
-}
-
 /* Makes the mesh, proves it positive and conforming and gives it. */
 static tl_mesh *maker_mesh(grid_maker *m, tl_read_report *report)
 {

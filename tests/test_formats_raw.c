@@ -14,22 +14,6 @@ static tl_read_opts raw_opts(uint32_t x, uint32_t y, uint32_t z, tl_scalar scala
                           .split = 5};
 }
 
-/* The bytes of small whole numbers of a type; returns their length. */
-static size_t put_number(uint8_t *out, tl_scalar scalar, bool big_endian, int value)
-{
-    uint64_t bits = (uint64_t)(int64_t)value;
-    const size_t byte_count = tl_scalar_bytes(scalar);
-    const float narrow = (float)value;
-    const double wide = value;
-    uint32_t narrow_bits;
-    memcpy(&narrow_bits, &narrow, sizeof narrow_bits);
-    if (scalar == TL_F32) bits = narrow_bits;
-    if (scalar == TL_F64) memcpy(&bits, &wide, sizeof bits);
-    for (size_t i = 0; i < byte_count; i++)
-        out[i] = (uint8_t)(bits >> 8 * (big_endian ? byte_count - 1 - i : i));
-    return byte_count;
-}
-
 static void reads_each_type_in_both_orders(void **state)
 {
     (void)state;
@@ -41,7 +25,7 @@ static void reads_each_type_in_both_orders(void **state)
         size_t byte_count = 0;
         for (int i = 0; i < 24; i++)
             byte_count +=
-                put_number(bytes + byte_count, opts.raw_scalar, opts.raw_big_endian, 3 * i);
+                grid_number(bytes + byte_count, opts.raw_scalar, opts.raw_big_endian, 3 * i);
         tli_grid grid;
         CHECK_OK(ctx, grid_read(ctx, read_raw, &opts, bytes, byte_count, &grid));
         CHECK_EQ(grid.point_count, 24);

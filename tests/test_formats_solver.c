@@ -1,7 +1,6 @@
 /* Files of solvers: Exodus II, CGNS, VTKHDF, XDMF. Real files against the counts that their origin
  * gives, the same data in two homes against each other, and damaged files. */
-#include "check_grid.h"
-#include "formats/formats_reader.h"
+#include "check_source.h"
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -210,19 +209,6 @@ static void test_welded_blocks(void **state)
 
 /* ---- damaged files that are read here ---- */
 
-typedef tl_status (*source_reader)(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                                   tli_grid *grid);
-
-static tl_status read_map(tl_ctx *ctx, const tli_map *map, void *arg, tli_grid *grid)
-{
-    tli_source source = {.path = "damaged", .map = *map};
-    tl_read_opts opts = tl_read_opts_defaults();
-    source.head_bytes = map->byte_count < TLI_HEAD_BYTES ? (size_t)map->byte_count : TLI_HEAD_BYTES;
-    for (size_t i = 0; i < source.head_bytes; i++)
-        source.head[i] = map->bytes[i] ? (char)map->bytes[i] : ' ';
-    return (*(source_reader *)arg)(ctx, &source, &opts, grid);
-}
-
 static uint8_t *load(const char *path, size_t *bytes)
 {
     FILE *file = fopen(path, "rb");
@@ -255,8 +241,8 @@ static void test_damage(void **state)
         if (!data_path(cases[i].path, path, sizeof path)) continue;
         uint8_t *all = load(path, &bytes);
         tl_ctx *ctx = grid_ctx((size_t)256 << 20, 1);
-        source_reader reader = cases[i].reader;
-        refused += grid_survives_damage(ctx, read_map, &reader, all, bytes, cases[i].step);
+        source_case damaged = {"damaged", cases[i].reader, NULL};
+        refused += grid_survives_damage(ctx, source_read, &damaged, all, bytes, cases[i].step);
         tl_ctx_destroy(ctx);
         free(all);
         done++;
@@ -288,12 +274,6 @@ static int read_in_child(const char *path)
     return status;
 }
 
-static void write_file(const char *path, const uint8_t *bytes, size_t count)
-{
-    FILE *file = fopen(path, "wb");
-    CHECK(file && fwrite(bytes, 1, count, file) == count && fclose(file) == 0);
-}
-
 /* Truncated at many places and with bytes changed: an error with a message, or a mesh where the
  * change is in values; never the end of the program. */
 static void test_damaged_hdf5(void **state)
@@ -315,7 +295,7 @@ static void test_damaged_hdf5(void **state)
                                      (i < 50 ? 4096 : bytes);
             uint8_t kept = all[at];
             if (i >= 20) all[at] ^= (uint8_t)(1u << i % 8);
-            write_file("damaged.h5", all, i < 20 ? at : bytes);
+            put_file("damaged.h5", all, i < 20 ? at : bytes);
             all[at] = kept;
             int status = read_in_child("damaged.h5");
             if (!WIFEXITED(status) || WEXITSTATUS(status) > 1)
@@ -358,8 +338,8 @@ static void test_xdmf(void **state)
     tl_read_opts opts = tl_read_opts_defaults();
     tl_mesh *mesh;
     tl_read_report report;
-    write_file("made.xdmf", (const uint8_t *)text, sizeof text - 1);
-    write_file("six.bin", six, sizeof six);
+    put_file("made.xdmf", text, sizeof text - 1);
+    put_file("six.bin", six, sizeof six);
     CHECK_OK(ctx, tl_mesh_read(ctx, "made.xdmf", &opts, &mesh, &report));
     CHECK_EQ(tl_mesh_tet_count(mesh), 2);
     CHECK_EQ(report.cells[TL_CELL_POLYHEDRON], 1);
@@ -374,7 +354,7 @@ static void test_xdmf(void **state)
     CHECK(last[0] == 1 + 3 * 2 && last[1] == 2 + 2 * 1 && last[2] == 3.5);
     tl_mesh_destroy(mesh);
     for (size_t cut = 0; cut < sizeof text - 1; cut += 13) { /* every prefix is refused */
-        write_file("made.xdmf", (const uint8_t *)text, cut);
+        put_file("made.xdmf", text, cut);
         CHECK(tl_mesh_read(ctx, "made.xdmf", NULL, &mesh, NULL) != TL_OK);
         CHECK(tl_ctx_message(ctx)[0]);
         CHECK_EQ(tl_ctx_current_bytes(ctx), 0);

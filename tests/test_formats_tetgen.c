@@ -1,32 +1,11 @@
 /* TetGen: text with both first indices, attributes, markers, quadratic cells, Chaste's binary form;
  * missing parts; damaged files. */
 #include "check_source.h"
+#include "make_text.h"
 
 static const double points[5][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
 static const int cells[2][4] = {{0, 1, 2, 3}, {1, 2, 3, 4}};
 static const int faces[3][4] = {{0, 1, 2, -2}, {1, 2, 3, 0}, {2, 3, 4, 7}};
-
-typedef struct text {
-    char bytes[2048];
-    size_t count;
-} text;
-
-static void add(text *t, const char *format, ...)
-{
-    va_list args;
-    va_start(args, format);
-    int n = vsnprintf(t->bytes + t->count, sizeof t->bytes - t->count, format, args);
-    va_end(args);
-    CHECK(n >= 0 && t->count + (size_t)n < sizeof t->bytes);
-    t->count += (size_t)n;
-}
-
-static void add_bytes(text *t, const void *bytes, size_t count)
-{
-    CHECK(t->count + count <= sizeof t->bytes);
-    memcpy(t->bytes + t->count, bytes, count);
-    t->count += count;
-}
 
 /* attribute: of the cells, as a format of a number. */
 static void make_text(int base, const char *attribute, text *node, text *ele, text *face)

@@ -1,6 +1,7 @@
 /* Grids to meshes of tets: blocks, lists of mixed cells, what is dropped and what is counted. */
 #include "check.h"
 #include "check_alloc.h"
+#include "check_grid.h"
 
 #include "base/base_predicates.h"
 #include "formats/formats_tets.h"
@@ -39,28 +40,15 @@ static double wave(double x, double y, double z)
     return x + 10 * y + 100 * z;
 }
 
-/* A block of ni x nj x nk points at the integers, with a point and a cell array. */
+/* A block of ni x nj x nk points at the integers, with a wave at them and a cell array. */
 static tl_status make_block(tl_ctx *ctx, uint32_t ni, uint32_t nj, uint32_t nk, tli_grid *grid)
 {
-    tl_status st = TL_OK;
-    tli_grid_init(ctx, grid);
-    grid->point_count = (uint64_t)ni * nj * nk;
-    grid->xyz = tl_mem_alloc(ctx, (size_t)grid->point_count, 3 * sizeof(double), &st);
-    grid->blocks = tl_mem_zalloc(ctx, 1, sizeof *grid->blocks, &st);
-    if (st) return st;
-    grid->block_count = 1;
-    grid->blocks[0] = (tli_grid_block){0, {ni, nj, nk}};
-    tli_grid_array *points, *cells;
-    st = tli_grid_add(grid, TL_ON_VERTEX, "wave", 1, TL_F32, NULL, &points);
-    if (!st) st = tli_grid_add(grid, TL_ON_TET, "cell", 1, TL_I32, NULL, &cells);
-    if (st) return st;
-    for (uint64_t p = 0; p < grid->point_count; p++) {
-        double *at = grid->xyz + 3 * p;
-        at[0] = (double)(p % ni), at[1] = (double)(p / ni % nj), at[2] = (double)(p / ni / nj);
-        points->values[p] = wave(at[0], at[1], at[2]);
+    tl_status st = grid_make_block(ctx, 0, ni, nj, nk, "wave", grid);
+    for (uint64_t p = 0; !st && p < grid->point_count; p++) {
+        const double *at = grid->xyz + 3 * p;
+        grid->point_arrays[0].values[p] = wave(at[0], at[1], at[2]);
     }
-    for (uint64_t c = 0; c < cells->count; c++) cells->values[c] = (double)c;
-    return TL_OK;
+    return st;
 }
 
 typedef struct list_cell {
@@ -98,19 +86,6 @@ static void add_values(tli_grid *grid, tl_on on, const char *name, uint32_t comp
     tli_grid_array *array;
     CHECK_OK(grid->ctx, tli_grid_add(grid, on, name, components, TL_F32, NULL, &array));
     memcpy(array->values, values, (size_t)array->count * components * sizeof *values);
-}
-
-static double mesh_volume(const tl_mesh *mesh)
-{
-    double sum = 0;
-    const tl_lidx *tets = tl_mesh_tets(mesh);
-    for (size_t t = 0; t < tl_mesh_tet_count(mesh); t++) {
-        double p[4][3];
-        for (int v = 0; v < 4; v++)
-            memcpy(p[v], tl_mesh_xyz(mesh) + 3 * (size_t)tets[4 * t + (size_t)v], sizeof p[v]);
-        sum += tl_tet_volume((const double(*)[3])p);
-    }
-    return sum;
 }
 
 static void count_signs(const tl_mesh *mesh, size_t *inverted, size_t *flat)
@@ -165,7 +140,7 @@ static void check_block(unsigned threads, int split)
     CHECK_EQ(tl_mesh_vert_count(mesh), 41 * 37 * 53);
     CHECK_EQ(report.cells[TL_CELL_HEXAHEDRON], cells);
     CHECK_EQ(report.turned + report.inverted + report.degenerate + report.unused_points, 0);
-    CHECK_NEAR(mesh_volume(mesh), (double)cells, 1e-6);
+    CHECK_NEAR(volume_of(mesh), (double)cells, 1e-6);
     check_conforming(ctx, mesh, 2 * 2 * (40 * 36 + 36 * 52 + 40 * 52));
     const tl_channel *wave_channel = tl_mesh_channel_by_name(mesh, "wave");
     const tl_channel *cell_channel = tl_mesh_channel_by_name(mesh, "cell");
@@ -205,7 +180,7 @@ static void test_left_handed_blocks_are_turned(void **state)
     CHECK_OK(ctx, tli_grid_to_mesh(&grid, NULL, &mesh, &report));
     CHECK_EQ(report.turned, 2 * 3 * 4 * 5);
     CHECK_EQ(report.inverted, 0);
-    CHECK_NEAR(mesh_volume(mesh), 24, 1e-12);
+    CHECK_NEAR(volume_of(mesh), 24, 1e-12);
     check_positive(mesh);
     CHECK(strstr(h.log, "120 tets turned"));
     tl_mesh_destroy(mesh);
@@ -242,7 +217,7 @@ static void test_several_blocks(void **state)
     CHECK_EQ(tl_mesh_tet_count(mesh), 90);
     CHECK_EQ(tl_mesh_channel_by_name(mesh, "id")->values[44], 8);
     CHECK_EQ(tl_mesh_channel_by_name(mesh, "id")->values[45], 18); /* after the 9 of the surface */
-    CHECK_NEAR(mesh_volume(mesh), 18, 1e-12);
+    CHECK_NEAR(volume_of(mesh), 18, 1e-12);
     CHECK(strstr(h.log, "9 cells left out: surface 9"));
     tl_mesh_destroy(mesh);
     tl_ctx_destroy(ctx);
@@ -287,7 +262,7 @@ static void test_blanks_and_fill_values(void **state)
             CHECK_EQ(report.blank_cells, 1);
             CHECK_EQ(report.unused_points, 1);
             CHECK_NEAR(channel->values[0], wave(1, 0, 0), 0);
-            CHECK_NEAR(mesh_volume(mesh), 63, 1e-12);
+            CHECK_NEAR(volume_of(mesh), 63, 1e-12);
             check_conforming(ctx, mesh, 192);
             CHECK(strstr(h.log, "1 cells cut away for missing values"));
             CHECK_EQ(tl_mesh_channel_by_name(mesh, "cell")->values[0], 1);
@@ -346,7 +321,7 @@ static void test_mixed_cells(void **state)
     add_values(&grid, TL_ON_TET, " Material #", 1, material);
     grid.time = 2.5;
     CHECK_OK(ctx, tli_grid_to_mesh(&grid, NULL, &mesh, &report));
-    CHECK_NEAR(mesh_volume(mesh), 1 + 1.0 / 3, 1e-15);
+    CHECK_NEAR(volume_of(mesh), 1 + 1.0 / 3, 1e-15);
     CHECK_EQ(tl_mesh_tet_count(mesh), 6 + 2);
     CHECK_EQ(tl_mesh_vert_count(mesh), 9);
     CHECK_EQ(report.points, 10);
@@ -391,7 +366,7 @@ static void test_collapsed_and_folded_cells(void **state)
     CHECK_EQ(report.turned, 1);
     CHECK_EQ(report.degenerate, 1);
     CHECK_EQ(report.inverted, 0);
-    CHECK_NEAR(mesh_volume(mesh), 2.0 / 3 + 1.0 / 6 + 1.0 / 6, 1e-15);
+    CHECK_NEAR(volume_of(mesh), 2.0 / 3 + 1.0 / 6 + 1.0 / 6, 1e-15);
     CHECK(strstr(h.log, "tets with a repeated vertex dropped"));
     CHECK(strstr(h.log, "1 cells of higher order taken by their corners"));
     tl_mesh_destroy(mesh);
@@ -528,7 +503,7 @@ static void test_plain_tets(void **state)
         CHECK_EQ(p->values[6], 8);
         CHECK_EQ(c->values[3], 4);
         CHECK_EQ(c->values[4], 7); /* the third tet has gone */
-        CHECK_NEAR(mesh_volume(mesh), 0.5, 1e-15);
+        CHECK_NEAR(volume_of(mesh), 0.5, 1e-15);
         check_positive(mesh);
         tl_mesh_destroy(mesh);
         CHECK_EQ(tl_ctx_current_bytes(ctx), 0);

@@ -28,18 +28,8 @@ static void put_text(buffer *b, const char *text)
 /* The bits of a small whole number as a type, in a byte order. */
 static void put_number(buffer *b, tl_scalar scalar, bool big_endian, int value)
 {
-    uint64_t bits = (uint64_t)(int64_t)value;
-    const size_t count = tl_scalar_bytes(scalar);
-    const float narrow = (float)value;
-    const double wide = value;
-    uint32_t narrow_bits;
-    memcpy(&narrow_bits, &narrow, sizeof narrow_bits);
-    if (scalar == TL_F32) bits = narrow_bits;
-    if (scalar == TL_F64) memcpy(&bits, &wide, sizeof bits);
     uint8_t bytes[8];
-    for (size_t i = 0; i < count; i++)
-        bytes[i] = (uint8_t)(bits >> 8 * (big_endian ? count - 1 - i : i));
-    put_bytes(b, bytes, count);
+    put_bytes(b, bytes, grid_number(bytes, scalar, big_endian, value));
 }
 
 static void put_values(buffer *b, tl_scalar scalar, bool big_endian, int count)

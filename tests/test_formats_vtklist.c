@@ -42,6 +42,18 @@ static const char blocks[] =
     "<DataSet index=\"1\" name=\"solid\" file=\"b.vtu\"/>"
     "</vtkMultiBlockDataSet></VTKFile>";
 
+static const char collection[] =
+    "<VTKFile type=\"vtkPartitionedDataSetCollection\" version=\"1.0\">"
+    "<vtkPartitionedDataSetCollection><Partitions index=\"0\"/><Partitions index=\"1\" "
+    "name=\"core\">"
+    "<DataSet index=\"0\" file=\"a.vtu\"/><DataSet index=\"1\" file=\"b.vtu\"/></Partitions>"
+    "<Partitions index=\"2\" name=\"shell\"><DataSet index=\"0\" file=\"b.vtu\"/></Partitions>"
+    "</vtkPartitionedDataSetCollection></VTKFile>";
+static const char partitions[] =
+    "<VTKFile type=\"vtkPartitionedDataSet\" version=\"1.0\"><vtkPartitionedDataSet>"
+    "<DataSet index=\"0\" file=\"a.vtu\"/><DataSet index=\"1\" file=\"b.vtu\"/>"
+    "</vtkPartitionedDataSet></VTKFile>";
+
 static void save_files(void)
 {
     save_tet("a.vtu", 1, 10);
@@ -50,11 +62,14 @@ static void save_files(void)
     save("x.pvtu", pieces);
     save("x.pvd", series);
     save("x.vtm", blocks);
+    save("x.vtpc", collection);
+    save("x.vtpd", partitions);
 }
 
 static void remove_files(void)
 {
-    static const char *const names[] = {"a.vtu", "b.vtu", "s.vtp", "x.pvtu", "x.pvd", "x.vtm"};
+    static const char *const names[] = {"a.vtu", "b.vtu", "s.vtp",  "x.pvtu",
+                                        "x.pvd", "x.vtm", "x.vtpc", "x.vtpd"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) remove(names[i]);
 }
 
@@ -140,6 +155,29 @@ static void blocks_with_names(void **state)
     tl_ctx_destroy(ctx);
 }
 
+/* Pieces in a row are one region; those of one data set are one mesh. */
+static void partitions_in_rows(void **state)
+{
+    (void)state;
+    static const int32_t regions[3] = {0, 0, 1};
+    tl_ctx *ctx = grid_ctx(0, 1);
+    tl_mesh *mesh;
+    save_files();
+    CHECK_OK(ctx, tl_mesh_read(ctx, "x.vtpc", NULL, &mesh, NULL));
+    CHECK_EQ(tl_mesh_tet_count(mesh), 3);
+    CHECK(memcmp(tl_mesh_regions(mesh), regions, sizeof regions) == 0);
+    CHECK(strcmp(tl_mesh_region_name(mesh, 0), "core") == 0);
+    CHECK(strcmp(tl_mesh_region_name(mesh, 1), "shell") == 0);
+    tl_mesh_destroy(mesh);
+    CHECK_OK(ctx, tl_mesh_read(ctx, "x.vtpd", NULL, &mesh, NULL));
+    CHECK_EQ(tl_mesh_tet_count(mesh), 2);
+    CHECK_EQ(tl_mesh_vert_count(mesh), 5); /* the triangle between them is there once */
+    CHECK(!tl_mesh_regions(mesh));
+    tl_mesh_destroy(mesh);
+    remove_files();
+    tl_ctx_destroy(ctx);
+}
+
 static void survives_damage(void **state)
 {
     (void)state;
@@ -148,7 +186,9 @@ static void survives_damage(void **state)
         const char *text;
     } files[] = {{{"x.pvtu", tli_read_vtkpieces, NULL}, pieces},
                  {{"x.pvd", tli_read_pvd, NULL}, series},
-                 {{"x.vtm", tli_read_vtm, NULL}, blocks}};
+                 {{"x.vtm", tli_read_vtm, NULL}, blocks},
+                 {{"x.vtpc", tli_read_vtm, NULL}, collection},
+                 {{"x.vtpd", tli_read_vtkpieces, NULL}, partitions}};
     tl_ctx *ctx = grid_ctx((size_t)1 << 20, 1);
     save_files();
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
@@ -167,9 +207,8 @@ static void survives_damage(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pieces_are_one_mesh),
-        cmocka_unit_test(series_of_parts),
-        cmocka_unit_test(blocks_with_names),
+        cmocka_unit_test(pieces_are_one_mesh), cmocka_unit_test(series_of_parts),
+        cmocka_unit_test(blocks_with_names),   cmocka_unit_test(partitions_in_rows),
         cmocka_unit_test(survives_damage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -29,18 +29,21 @@ typedef enum tli_match {
     TLI_MATCH_BYTES /* the bytes say so */
 } tli_match;
 
+typedef tli_match tli_match_fn(const tli_source *source);
+/* Fills an empty grid; on failure the caller releases it. The step is the reader's to choose, with
+ * tli_steps_pick, if it has steps. */
+typedef tl_status tli_read_fn(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                              tli_grid *grid);
+/* Fills *steps (empty before; the caller releases it, on failure too). */
+typedef tl_status tli_steps_fn(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
+                               tl_steps *steps);
+
 typedef struct tli_reader {
     tl_format format;
-    tli_match (*match)(const tli_source *source);
-    /* Fills an empty grid; on failure the caller releases it. The step is the reader's to choose,
-     * with tli_steps_pick, if it has steps. NULL: not read in this build; the source is then
-     * refused with the name of the package. */
-    tl_status (*read)(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                      tli_grid *grid);
-    /* Fills *steps (empty before; the caller releases it, on failure too). NULL: there is always
-     * one step. */
-    tl_status (*steps)(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                       tl_steps *steps);
+    tli_match_fn *match;
+    tli_read_fn *read; /* NULL: not read in this build; the source is then refused with the name of
+                          the package */
+    tli_steps_fn *steps; /* NULL: there is always one step */
 } tli_reader;
 
 /* [tli_reader_count], in the alphabetical order of their names. The best match wins, among equals
@@ -79,77 +82,17 @@ tl_status tli_grid_read_steps(tl_ctx *ctx, const tli_source *source, const char 
  * folder of base and name. */
 char *tli_path_beside(tl_ctx *ctx, const char *base, const char *name, tl_status *status);
 
-/* Readers in files of their own. */
-tli_match tli_match_cube(const tli_source *source);
-tl_status tli_read_cube(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                        tli_grid *grid);
-tli_match tli_match_gmsh(const tli_source *source);
-tl_status tli_read_gmsh(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                        tli_grid *grid);
-tl_status tli_steps_gmsh(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                         tl_steps *steps);
-tli_match tli_match_inrimage(const tli_source *source);
-tl_status tli_read_inrimage(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                            tli_grid *grid);
-tli_match tli_match_medit(const tli_source *source);
-tl_status tli_read_medit(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                         tli_grid *grid);
-tli_match tli_match_metaimage(const tli_source *source);
-tl_status tli_read_metaimage(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                             tli_grid *grid);
-tli_match tli_match_nifti(const tli_source *source);
-tl_status tli_read_nifti(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                         tli_grid *grid);
-tli_match tli_match_nrrd(const tli_source *source);
-tl_status tli_read_nrrd(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                        tli_grid *grid);
-tli_match tli_match_slc(const tli_source *source);
-tl_status tli_read_slc(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                       tli_grid *grid);
-tli_match tli_match_tetgen(const tli_source *source);
-tl_status tli_read_tetgen(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                          tli_grid *grid);
-tli_match tli_match_ensight(const tli_source *source);
-tl_status tli_read_ensight(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                           tli_grid *grid);
-tl_status tli_steps_ensight(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                            tl_steps *steps);
-tli_match tli_match_openfoam(const tli_source *source);
-tl_status tli_read_openfoam(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                            tli_grid *grid);
-tl_status tli_steps_openfoam(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                             tl_steps *steps);
-tli_match tli_match_pvd(const tli_source *source);
-tl_status tli_read_pvd(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                       tli_grid *grid);
-tl_status tli_steps_pvd(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                        tl_steps *steps);
-tli_match tli_match_vtkpieces(const tli_source *source);
-tl_status tli_read_vtkpieces(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                             tli_grid *grid);
-tli_match tli_match_vtm(const tli_source *source);
-tl_status tli_read_vtm(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                       tli_grid *grid);
-
-/* Readers of the table with steps of their own. Those of VTKHDF are there only where HDF5 is, those
- * of XDMF where expat is. */
-tl_status tli_read_xdmf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                        tli_grid *grid);
-tl_status tli_steps_xdmf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                         tl_steps *steps);
-tl_status tli_read_vtkhdf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                          tli_grid *grid);
-tl_status tli_steps_vtkhdf(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                           tl_steps *steps);
-tli_match tli_match_cgns(const tli_source *source);
-tl_status tli_read_cgns(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                        tli_grid *grid);
-tl_status tli_steps_cgns(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                         tl_steps *steps);
-tli_match tli_match_exodus(const tli_source *source);
-tl_status tli_read_exodus(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                          tli_grid *grid);
-tl_status tli_steps_exodus(tl_ctx *ctx, const tli_source *source, const tl_read_opts *opts,
-                           tl_steps *steps);
+/* Readers in files of their own. Those of VTKHDF are there only where HDF5 is, those of XDMF where
+ * expat is. */
+tli_match_fn tli_match_cgns, tli_match_cube, tli_match_ensight, tli_match_exodus, tli_match_gmsh,
+    tli_match_inrimage, tli_match_medit, tli_match_metaimage, tli_match_nifti, tli_match_nrrd,
+    tli_match_openfoam, tli_match_pvd, tli_match_slc, tli_match_tetgen, tli_match_vtkpieces,
+    tli_match_vtm;
+tli_read_fn tli_read_cgns, tli_read_cube, tli_read_ensight, tli_read_exodus, tli_read_gmsh,
+    tli_read_inrimage, tli_read_medit, tli_read_metaimage, tli_read_nifti, tli_read_nrrd,
+    tli_read_openfoam, tli_read_pvd, tli_read_slc, tli_read_tetgen, tli_read_vtkhdf,
+    tli_read_vtkpieces, tli_read_vtm, tli_read_xdmf;
+tli_steps_fn tli_steps_cgns, tli_steps_ensight, tli_steps_exodus, tli_steps_gmsh,
+    tli_steps_openfoam, tli_steps_pvd, tli_steps_vtkhdf, tli_steps_xdmf;
 
 #endif

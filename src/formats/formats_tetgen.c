@@ -117,6 +117,21 @@ static tl_status read_points_of(tetgen *t, part *p, uint64_t count, uint32_t *po
 
 /* ---- points ---- */
 
+/* A marker is a whole number; meshio writes it as a real one. */
+static tl_status take_marker(tli_scan *scan, int64_t *marker)
+{
+    double value = 0;
+    const char *at = scan->at;
+    tl_status st = tli_scan_real(scan, "a marker", &value);
+    if (st) return st;
+    if (!tl_scalar_holds(TL_I32, value)) {
+        scan->at = at;
+        return tli_scan_int(scan, "a marker", INT32_MIN, INT32_MAX, marker);
+    }
+    *marker = (int64_t)value;
+    return TL_OK;
+}
+
 /* Arrays attribute1 ... and, of points, marker. Gives their values through arrays. */
 static tl_status add_attributes(tetgen *t, tl_on on, int64_t first, int64_t count)
 {
@@ -156,7 +171,7 @@ static tl_status read_nodes(tetgen *t)
         for (uint64_t a = 0; !st && a < attributes; a++)
             st = read_reals(p, "an attribute", 1, &grid->point_arrays[a].values[i]);
         if (!st && head[3]) {
-            st = tli_scan_int(&p->scan, "a marker", INT32_MIN, INT32_MAX, &marker);
+            st = take_marker(&p->scan, &marker);
             grid->point_arrays[attributes].values[i] = (double)marker;
         }
     }

@@ -1,6 +1,7 @@
-/* VTK XML files that name others: pieces of a partition (.pvtu, .pvti, .pvtr, .pvts), a series of
- * steps and parts (.pvd), blocks in a tree (.vtm, .vtmb). Pieces are one mesh again: points at the
- * same place become one. Parts and blocks are regions with their names. */
+/* VTK XML files that name others: pieces of a partition (.pvtu, .pvti, .pvtr, .pvts, .vtpd), a
+ * series of steps and parts (.pvd), blocks in a tree (.vtm, .vtmb) or in a row, each of several
+ * pieces (.vtpc). Pieces are one mesh again: points at the same place become one. Parts and blocks
+ * are regions with their names. */
 #include "formats/formats_reader.h"
 
 #include "formats/formats_scan.h"
@@ -19,6 +20,7 @@
 typedef struct entry {
     tli_span file;
     double time; /* NaN: none */
+    size_t row;  /* of the block; pieces in one row are one block */
     char name[NAME_BYTES];
 } entry;
 
@@ -27,6 +29,8 @@ typedef struct list {
     const tli_source *source;
     entry *entries; /* [count], owned */
     size_t count;
+    size_t rows; /* of the next entry */
+    bool in_row;
     double *times; /* [time_count] ascending, each once, owned */
     size_t time_count;
 } list;
@@ -39,7 +43,7 @@ static tl_status add_entry(list *l, const tli_xml_token *token, const char *file
     tli_span value;
     double time;
     tl_status st = TL_OK;
-    entry e = {.time = (double)NAN};
+    entry e = {.time = (double)NAN, .row = l->rows};
     if (!tli_xml_attribute(token, file, &e.file) || !e.file.bytes)
         return TL_OK; /* an empty block */
     if (tli_xml_attribute(token, "timestep", &value) && tli_span_f64s(value, &time, 1))
@@ -51,6 +55,7 @@ static tl_status add_entry(list *l, const tli_xml_token *token, const char *file
         l->entries =
             tl_mem_resize(l->ctx, l->entries, l->count ? 2 * l->count : 1, sizeof *l->entries, &st);
     if (!st) l->entries[l->count++] = e;
+    if (!l->in_row) l->rows++;
     return st;
 }
 
@@ -66,7 +71,12 @@ static tl_status read_entries(list *l)
         st = tli_xml_next(&xml, &token);
         if (st || token.kind == TLI_XML_DONE) break;
         bool begins = token.kind == TLI_XML_START || token.kind == TLI_XML_EMPTY;
-        bool block = tli_span_is(token.name, "Block");
+        bool row = tli_span_is(token.name, "Partitions");
+        bool block = row || tli_span_is(token.name, "Block");
+        if (row && token.kind != TLI_XML_EMPTY) {
+            l->rows += l->in_row;
+            l->in_row = token.kind == TLI_XML_START;
+        }
         if (begins && tli_span_is(token.name, "Piece") && depth == 0)
             st = add_entry(l, &token, "Source", NULL);
         else if (begins && tli_span_is(token.name, "DataSet"))
@@ -170,17 +180,18 @@ static tl_status join_entries(const list *l, const tl_read_opts *opts, size_t st
                               tli_grid *grid)
 {
     const tl_read_opts inner = opts_of_files(opts);
-    size_t refused = 0, parts = 0, at = 0;
+    size_t refused = 0, parts = 0, at = 0, row = SIZE_MAX;
     tl_status st = TL_OK;
     for (size_t i = 0; i < l->count; i++) parts += is_at(&l->entries[i], l, step);
     for (size_t i = 0; !st && i < l->count; i++) {
         const entry *e = &l->entries[i];
         if (!is_at(e, l, step)) continue;
+        at += row != SIZE_MAX && e->row != row;
+        row = e->row;
         const tli_join how = {.is_block = true,
                               .region = (int32_t)(at < INT32_MAX ? at : INT32_MAX),
                               .name = e->name};
         st = join_entry(l, e, &inner, blocks && parts > 1 ? &how : NULL, grid, &refused);
-        at++;
     }
     if (!st && refused && refused == parts)
         st = tl_fail(l->ctx, TL_ERR_UNSUPPORTED,
@@ -203,8 +214,9 @@ static tli_match match_type(const tli_source *source, const char *const *types)
 
 tli_match tli_match_vtkpieces(const tli_source *source)
 {
-    static const char *const types[] = {"PUnstructuredGrid", "PImageData", "PRectilinearGrid",
-                                        "PStructuredGrid", NULL};
+    static const char *const types[] = {"PUnstructuredGrid",     "PImageData",
+                                        "PRectilinearGrid",      "PStructuredGrid",
+                                        "vtkPartitionedDataSet", NULL};
     return match_type(source, types);
 }
 
@@ -216,7 +228,8 @@ tli_match tli_match_pvd(const tli_source *source)
 
 tli_match tli_match_vtm(const tli_source *source)
 {
-    static const char *const types[] = {"vtkMultiBlockDataSet", NULL};
+    static const char *const types[] = {"vtkMultiBlockDataSet", "vtkPartitionedDataSetCollection",
+                                        NULL};
     return match_type(source, types);
 }
 

@@ -224,6 +224,12 @@ tl_status tl_mesh_write(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                        ".node or .ele",
                        path);
 
+    if (tl_mesh_label_count(mesh))
+        tl_log(
+            ctx, TL_LOG_INFO,
+            "'%s': %zu named surfaces left out: VTK's files of tets have no place for them; .exo, "
+            ".msh, .mesh and .node have",
+            path, tl_mesh_label_count(mesh));
     size_t channels = tl_mesh_channel_count(mesh);
     description d = {.arrays = tl_mem_alloc(ctx, channels + 1, sizeof *d.arrays, &st)};
     d.sources = tl_mem_alloc(ctx, channels + 1, sizeof *d.sources, &st);
