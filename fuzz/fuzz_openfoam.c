@@ -1,5 +1,5 @@
 /* The lists of OpenFOAM files: faces, owners, neighbours and a field, each a file behind its size
- * in two bytes, for a mesh of 16 points. */
+ * in two bytes, for a mesh of 16 points. What begins as a file itself is zones of 16 cells. */
 #include "fuzz_source.h"
 
 #include "formats/formats_openfoam.h"
@@ -51,6 +51,23 @@ static tl_status read_mesh(tl_ctx *ctx, const uint8_t *at, const uint8_t *end, t
     return st;
 }
 
+static tl_status read_zones(tl_ctx *ctx, const uint8_t *bytes, size_t byte_count, tli_grid *grid)
+{
+    tl_status st = TL_OK;
+    tli_foam file;
+    uint8_t *copy = tl_mem_alloc(ctx, byte_count, 1, &st);
+    if (st) return st;
+    memcpy(copy, bytes, byte_count);
+    grid->cell_count = POINTS;
+    grid->connectivity = tl_mem_zalloc(ctx, 4 * POINTS, sizeof *grid->connectivity, &st);
+    tli_map map = {.bytes = copy, .byte_count = byte_count, .owned = copy};
+    tl_status opened = tli_foam_attach(ctx, "input", map, &file);
+    if (opened) return opened;
+    if (!st) st = tli_foam_zones(&file, grid);
+    tli_foam_close(&file);
+    return st;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t byte_count)
 {
     tl_ctx *ctx = fuzz_ctx_create();
@@ -60,8 +77,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t byte_count)
     grid.point_count = POINTS;
     grid.xyz = tl_mem_zalloc(ctx, POINTS, 3 * sizeof *grid.xyz, &st);
     tli_foam_mesh mesh = {.ctx = ctx, .path = "input", .point_count = POINTS};
-    st = read_mesh(ctx, bytes, bytes + byte_count, &mesh);
-    if (!st) st = tli_foam_make_cells(&mesh, &grid);
+    bool zones = byte_count > 8 && memcmp(bytes, "FoamFile", 8) == 0;
+    st = zones ? read_zones(ctx, bytes, byte_count, &grid)
+               : read_mesh(ctx, bytes, bytes + byte_count, &mesh);
+    if (!st && !zones) st = tli_foam_make_cells(&mesh, &grid);
     tl_mem_free(ctx, mesh.neighbour);
     tl_mem_free(ctx, mesh.owner);
     if (!grid.face_offsets) {

@@ -395,12 +395,47 @@ static void real_cases(void **state)
     tl_ctx_destroy(ctx);
 }
 
+/* Zones of cells are regions with names; a cell of two zones has the first. */
+static void zones_are_regions(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = grid_ctx(0, 1);
+    for (int binary = 0; binary < 2; binary++) {
+        static const int rotor[1] = {1}, all[2] = {1, 0};
+        tl_mesh *mesh;
+        text t;
+        write_case("zoned", binary, false);
+        head(&t, "regIOobject", binary);
+        add(&t, "3\n(\nrotor\n{\n    type cellZone;\n    cellLabels List<label> ");
+        add_labels(&t, binary, 1, rotor);
+        add(&t, ";\n}\nempty { type cellZone; cellLabels List<label> 0(); }\n"
+                "rest { type cellZone; cellLabels List<label> ");
+        add_labels(&t, binary, 2, all);
+        add(&t, "; }\n)\n");
+        save("zoned/constant/polyMesh", "cellZones", &t);
+        CHECK_OK(ctx, tl_mesh_read(ctx, "zoned", NULL, &mesh, NULL));
+        CHECK_EQ(tl_mesh_tet_count(mesh), 12);
+        for (size_t i = 0; i < 12; i++) CHECK_EQ(tl_mesh_regions(mesh)[i], i < 6 ? 3 : 1);
+        CHECK(strcmp(tl_mesh_region_name(mesh, 1), "rotor") == 0);
+        CHECK(strcmp(tl_mesh_region_name(mesh, 3), "rest") == 0);
+        tl_mesh_destroy(mesh);
+        head(&t, "regIOobject", false);
+        add(&t, "1(rotor { type cellZone; cellLabels List<label> 1(2); })");
+        save("zoned/constant/polyMesh", "cellZones", &t);
+        CHECK_STATUS(tl_mesh_read(ctx, "zoned", NULL, &mesh, NULL), TL_ERR_FORMAT);
+        check_says(ctx, "cells of a zone 2");
+        remove("zoned/constant/polyMesh/cellZones");
+        CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+    }
+    tl_ctx_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cases_of_all_kinds), cmocka_unit_test(decomposed_and_packed),
-        cmocka_unit_test(survives_damage),    cmocka_unit_test(refusals_name_the_place),
-        cmocka_unit_test(real_cases),
+        cmocka_unit_test(cases_of_all_kinds),      cmocka_unit_test(decomposed_and_packed),
+        cmocka_unit_test(survives_damage),         cmocka_unit_test(zones_are_regions),
+        cmocka_unit_test(refusals_name_the_place), cmocka_unit_test(real_cases),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -124,6 +124,17 @@ static tl_status read_patches(const tli_foam_case *c, const char *root, size_t s
     return st;
 }
 
+static tl_status read_zones(const tli_foam_case *c, const char *root, size_t step, tli_grid *grid)
+{
+    tli_foam file;
+    bool there;
+    tl_status st = tli_foam_find_mesh_file(c, root, step, "cellZones", &file, &there);
+    if (st || !there) return st;
+    st = tli_foam_zones(&file, grid);
+    tli_foam_close(&file);
+    return st;
+}
+
 static tl_status read_mesh(const tli_foam_case *c, const char *root, size_t step, tli_grid *grid)
 {
     tli_foam_mesh mesh = {.ctx = c->ctx, .path = root};
@@ -143,6 +154,7 @@ static tl_status read_mesh(const tli_foam_case *c, const char *root, size_t step
                            &mesh.neighbour);
     if (!st) st = read_patches(c, root, step, &mesh, grid);
     if (!st) st = tli_foam_make_cells(&mesh, grid);
+    if (!st) st = read_zones(c, root, step, grid);
     tl_mem_free(c->ctx, mesh.neighbour);
     tl_mem_free(c->ctx, mesh.owner);
     if (!grid->face_offsets) { /* else the grid has taken them over */

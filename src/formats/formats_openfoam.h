@@ -1,6 +1,7 @@
 /* Stage formats, internal: the parts of the reader of OpenFOAM cases.
  *   formats_openfoam_scan.c   heads, words and lists of files, text and binary
  *   formats_openfoam_cells.c  cells from the faces of a polyMesh
+ *   formats_openfoam_zones.c  zones of cells
  *   formats_openfoam_case.c   folders of times, and where the newest file before a time stands
  *   formats_openfoam.c        the reader */
 #ifndef TETRALOD_SRC_FORMATS_OPENFOAM_H
@@ -66,6 +67,9 @@ tl_status tli_foam_faces(tli_foam *file, tli_foam_mesh *mesh);
  * polyhedra, for which the grid takes the faces over. */
 tl_status tli_foam_make_cells(tli_foam_mesh *mesh, tli_grid *grid);
 
+/* Reads the file of zones of cells: regions of the grid, whose cells are there. */
+tl_status tli_foam_zones(tli_foam *file, tli_grid *grid);
+
 /* ---- a case ---- */
 
 typedef struct tli_foam_time {
@@ -89,6 +93,9 @@ void tli_foam_case_close(tli_foam_case *c);
  * constant. root: the case, or a processor's folder. TL_ERR_IO if there is none. */
 tl_status tli_foam_open_mesh_file(const tli_foam_case *c, const char *root, size_t step,
                                   const char *name, tli_foam *file);
+/* The same for one that may be missing: *there is then false, and nothing open. */
+tl_status tli_foam_find_mesh_file(const tli_foam_case *c, const char *root, size_t step,
+                                  const char *name, tli_foam *file, bool *there);
 /* True if some time has a file of that name in its polyMesh. */
 bool tli_foam_has_mesh_file(const tli_foam_case *c, const char *root, const char *name);
 /* Names of the files of a folder, ascending. Gives names, each and the list. */

@@ -145,19 +145,28 @@ void tli_foam_case_close(tli_foam_case *c)
     *c = (tli_foam_case){.ctx = c->ctx};
 }
 
+tl_status tli_foam_find_mesh_file(const tli_foam_case *c, const char *root, size_t step,
+                                  const char *name, tli_foam *file, bool *there)
+{
+    char path[PATH_BYTES];
+    tl_status st = TL_OK;
+    *there = false;
+    for (size_t t = step < c->time_count ? step + 1 : c->time_count; !st && !*there && t-- > 0;) {
+        snprintf(path, sizeof path, "%s/%s/polyMesh/%s", root, c->times[t].name, name);
+        st = tli_foam_open(c->ctx, path, file, there);
+    }
+    snprintf(path, sizeof path, "%s/constant/polyMesh/%s", root, name);
+    return st || *there ? st : tli_foam_open(c->ctx, path, file, there);
+}
+
 tl_status tli_foam_open_mesh_file(const tli_foam_case *c, const char *root, size_t step,
                                   const char *name, tli_foam *file)
 {
-    char path[PATH_BYTES];
-    bool there = false;
-    tl_status st = TL_OK;
-    for (size_t t = step < c->time_count ? step + 1 : c->time_count; !st && !there && t-- > 0;) {
-        snprintf(path, sizeof path, "%s/%s/polyMesh/%s", root, c->times[t].name, name);
-        st = tli_foam_open(c->ctx, path, file, &there);
-    }
-    snprintf(path, sizeof path, "%s/constant/polyMesh/%s", root, name);
-    if (!st && !there) st = tli_foam_open(c->ctx, path, file, &there);
-    if (!st && !there) st = tl_fail(c->ctx, TL_ERR_IO, "'%s': there is no such file", path);
+    bool there;
+    tl_status st = tli_foam_find_mesh_file(c, root, step, name, file, &there);
+    if (!st && !there)
+        st = tl_fail(c->ctx, TL_ERR_IO, "'%s/constant/polyMesh/%s': there is no such file", root,
+                     name);
     return st;
 }
 
