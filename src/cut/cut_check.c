@@ -305,11 +305,29 @@ static tl_status prove_shape(tli_prover *p, const tl_mesh *mesh, double error_sh
     return keep_volume(p->ctx, tets, now.volume, f->volume, error_share, &p->result->volume_off);
 }
 
+/* Whether the cut has the patches of one that was measured before, as those of small models often
+ * have; if not, it counts from now on. Whatever their order, patches add up to the same number. */
+static bool is_known(tli_prover *p, bool uniform)
+{
+    size_t count;
+    const uint32_t *patches = tl_cut_patches(p->cut, &count);
+    uint64_t sum = uniform;
+    for (size_t i = 0; i < count; i++) sum += scramble(scramble(patches[i] + UINT64_C(1)) + 1);
+    for (size_t i = 0; i < p->proved_count; i++)
+        if (p->proved[i] == sum) return true;
+    p->proved[p->proved_count++] = sum;
+    return false;
+}
+
 static tl_status prove_mesh(tli_prover *p, uint64_t seed, size_t i, double *bounds)
 {
     tl_mesh *mesh = NULL;
     const bool uniform = i % KINDS == KIND_LEVEL;
     tl_status st = move_cut(p->cut, p->head, seed, i, bounds);
+    if (!st && is_known(p, uniform)) {
+        p->result->meshes_made++;
+        return TL_OK;
+    }
     if (!st) st = tl_cut_mesh(p->cut, p->channels, p->channel_count, &mesh);
     if (!st) st = prove_shape(p, mesh, largest_share(p->cut, p->head));
     if (!st && p->original) st = tli_prove_promises(p, mesh, uniform);
@@ -346,6 +364,7 @@ static tl_status prove_meshes(tli_prover *p, const tl_cut_check_opts *o)
     if (count > o->cuts) count = o->cuts;
     if (!count) return TL_OK;
     double *bounds = tl_mem_alloc(p->ctx, p->head->channel_count, sizeof *bounds, &st);
+    p->proved = tl_mem_alloc(p->ctx, count, sizeof *p->proved, &st);
     if (!st) st = tl_cut_create(p->ctx, p->store, &p->cut);
     if (!st) st = measure_finest(p);
     for (uint32_t i = 0; !st && i < count; i++) {
@@ -353,6 +372,7 @@ static tl_status prove_meshes(tli_prover *p, const tl_cut_check_opts *o)
         if (!st) st = tl_progress(p->ctx, "meshes", i + 1, count);
     }
     tl_cut_destroy(p->cut);
+    tl_mem_free(p->ctx, p->proved);
     tl_mem_free(p->ctx, bounds);
     return st;
 }

@@ -14,6 +14,8 @@ typedef struct tli_prover {
     tl_mesh_stats finest;
     size_t *channels; /* [channel_count] that are measured */
     size_t channel_count;
+    uint64_t *proved; /* [proved_count] meshes that were measured, by what their patches hash to */
+    size_t proved_count;
     tl_cut_check_result *result;
 } tli_prover;
 
