@@ -36,19 +36,23 @@ typedef struct tli_expected {
     uint32_t around;
 } tli_expected;
 
-/* Elder elements of an element, and how much each says about it. */
-#define ELDERS_MAX 48u
+/* Elder elements of an element, and how much each says about it: start - slope . x, with x of a
+ * vertex where it lies beside the one that is to be told. One may be there several times. */
+#define ELDERS_MAX (4 * VALUE_KIN_MAX)
 typedef struct tli_elders {
     uint32_t count;
     uint32_t element[ELDERS_MAX];
-    double weight[ELDERS_MAX];
+    double x[ELDERS_MAX][3];
+    double start, slope[3];
 } tli_elders;
 
 /* Those of a vertex, weighted so that a linear function is met, or of a tet. */
-void tli_kin_elders(const tli_kin *kin, uint32_t vertex, tli_elders *elders);
+void tli_kin_elders(const tli_kin *kin, const int64_t (*places)[3], uint32_t vertex,
+                    tli_elders *elders);
 void tli_tet_elders(const tl_patch *patch, uint32_t tet, tli_elders *elders);
-/* One component out of values [element][components]; previous is what to expect without elders. */
+/* One component out of values [element][components]; previous is what to expect without elders.
+ * finite: all values are. */
 tli_expected tli_elders_expect(const tli_elders *elders, const int64_t *values, uint32_t components,
-                               uint32_t component, int64_t previous);
+                               uint32_t component, int64_t previous, bool finite);
 
 #endif

@@ -24,10 +24,12 @@ static void tell_element(tli_tokens *tokens, uint32_t first_row, const tli_elder
         int64_t value = values[(size_t)element * components + c];
         int64_t previous = element ? values[(size_t)(element - 1) * components + c] : 0;
         uint32_t kind = channel_value_kind(value);
-        if (flags & CHANNEL_NONFINITE) tokens_symbol(tokens, first_row + NUMBER_ROWS, kind);
+        uint32_t state = model_state_of_channel(c);
+        if (flags & CHANNEL_NONFINITE) tokens_symbol(tokens, state, first_row + NUMBER_ROWS, kind);
         if (kind != VALUE_FINITE) continue;
-        tli_expected expected = tli_elders_expect(elders, values, components, c, previous);
-        tokens_number(tokens, first_row, &scales[channel_scale(c)], expected.around,
+        tli_expected expected = tli_elders_expect(elders, values, components, c, previous,
+                                                  !(flags & CHANNEL_NONFINITE));
+        tokens_number(tokens, state, first_row, &scales[channel_scale(c)], expected.around,
                       (int64_t)((uint64_t)value - (uint64_t)expected.value));
     }
 }
@@ -40,6 +42,7 @@ tl_status tli_channel_tell(tl_ctx *ctx, const tl_patch *patch, uint32_t first_ro
     tli_scale scales[CHANNEL_SCALES] = {{0}};
     tli_elders elders;
     tli_kin kin = {0};
+    const int64_t(*places)[3] = (const int64_t(*)[3])patch->places;
     if (!patch->opposite)
         return tl_fail(ctx, TL_ERR_ARG, "a patch without opposite faces: it is not arranged");
     *flags = (uint8_t)find_flags(values, count, components);
@@ -47,7 +50,7 @@ tl_status tli_channel_tell(tl_ctx *ctx, const tl_patch *patch, uint32_t first_ro
     tl_status st = on == TL_ON_VERTEX ? tli_kin_open(ctx, patch, &kin) : TL_OK;
     for (uint32_t e = 0; e < count && !st; e++) {
         if (on == TL_ON_VERTEX)
-            tli_kin_elders(&kin, e, &elders);
+            tli_kin_elders(&kin, places, e, &elders);
         else
             tli_tet_elders(patch, e, &elders);
         tell_element(tokens, first_row, &elders, e, components, values, *flags, scales);
@@ -75,7 +78,8 @@ tl_status tli_channel_encode(tl_ctx *ctx, const tl_codec *codec, unsigned class_
     if (!st && (head[1] & CHANNEL_CONSTANT))
         st = tli_raw_append(out, values, components, 8);
     else if (!st)
-        st = tli_tokens_write(&tokens, &codec->tables[class_], out);
+        st = tli_tokens_write(&tokens, &codec->tables[class_], model_states_of_channel(components),
+                              0, out);
     if (st) out->count = before;
     tli_tokens_close(&tokens);
     return st;

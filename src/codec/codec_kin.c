@@ -1,73 +1,87 @@
-/* Prediction from the elder neighbours of a vertex. Arithmetic wraps around, so that images of any
- * size work. */
+/* Prediction from the elder neighbours of a vertex. */
 #include "codec/codec_kin.h"
 #include "codec/codec_model.h"
+
+#include <string.h>
 
 /* How far beyond a face the new vertex is expected, in sixteenths of how far the elder vertex lies
  * on this side of it; measured. */
 #define MIRROR 13
 
+static bool has_vertex_twice(const uint16_t tet[4])
+{
+    return tet[0] == tet[1] || tet[0] == tet[2] || tet[0] == tet[3] || tet[1] == tet[2] ||
+           tet[1] == tet[3] || tet[2] == tet[3];
+}
+
+/* 4 * the newest vertex of a tet + its corner. */
+static inline uint32_t newest_of(const uint16_t tet[4])
+{
+    uint32_t low = 4u * tet[0], other = 4u * tet[1] + 1, high = 4u * tet[2] + 2;
+    uint32_t last = 4u * tet[3] + 3;
+    low = low > other ? low : other;
+    high = high > last ? high : last;
+    return low > high ? low : high;
+}
+
+/* Kin by counting: begin [v] is the end of v's while they are filled in, from the last tet on. */
+static void fill(const tl_patch *patch, uint32_t tet_count, tli_kin *kin)
+{
+    const uint16_t *corners = *patch->tets;
+    uint32_t sum = 0;
+    memset(kin->begin, 0, ((size_t)patch->vert_count + 1) * sizeof *kin->begin);
+    for (uint32_t t = 0; t < tet_count; t++) kin->begin[newest_of(patch->tets[t]) >> 2]++;
+    for (uint32_t v = 0; v <= patch->vert_count; v++) {
+        sum += kin->begin[v];
+        kin->begin[v] = sum;
+    }
+    for (uint32_t t = tet_count; t-- > 0;) {
+        const uint16_t *tet = patch->tets[t];
+        uint32_t newest = newest_of(tet) >> 2, corner = newest_of(tet) & 3;
+        uint32_t across = patch->opposite[t][corner];
+        tli_relative *relative = &kin->relatives[--kin->begin[newest]];
+        for (uint32_t c = 0; c < 3; c++) relative->face[c] = tet[(corner + 1 + c) & 3];
+        /* Without a tet beyond the face, its own vertex stands in for one that is no elder. */
+        uint32_t elder = corners[across == TL_NONE ? 4 * t + corner : across];
+        relative->elder = (uint16_t)(elder < newest ? elder : ELDER_NONE);
+    }
+}
+
 tl_status tli_kin_open(tl_ctx *ctx, const tl_patch *patch, tli_kin *kin)
 {
     tl_status st = TL_OK;
-    *kin = (tli_kin){.patch = patch};
-    kin->first = tl_mem_alloc(ctx, patch->vert_count, sizeof *kin->first, &st);
-    kin->next = tl_mem_alloc(ctx, patch->tet_count, sizeof *kin->next, &st);
-    kin->seen = tl_mem_alloc(ctx, patch->vert_count, sizeof *kin->seen, &st);
-    if (st) return st;
-    for (uint32_t v = 0; v < patch->vert_count; v++) kin->seen[v] = TL_NONE;
-    for (uint32_t v = 0; v < patch->vert_count; v++) kin->first[v] = TL_NONE;
-    for (uint32_t t = patch->tet_count; t-- > 0;) {
-        const uint16_t *tet = patch->tets[t];
-        uint32_t newest = tet[0];
-        bool twice = tet[0] == tet[1] || tet[0] == tet[2] || tet[0] == tet[3] || tet[1] == tet[2] ||
-                     tet[1] == tet[3] || tet[2] == tet[3];
-        for (int c = 1; c < 4; c++) newest = tet[c] > newest ? tet[c] : newest;
-        if (twice) continue;
-        kin->next[t] = kin->first[newest];
-        kin->first[newest] = t;
-    }
-    return TL_OK;
+    uint32_t tet_count = patch->tet_count;
+    /* They stand last. */
+    while (tet_count > 0 && has_vertex_twice(patch->tets[tet_count - 1])) tet_count--;
+    *kin = (tli_kin){0};
+    kin->begin = tl_mem_alloc(ctx, (size_t)patch->vert_count + 1, sizeof *kin->begin, &st);
+    kin->relatives = tl_mem_alloc(ctx, tet_count, sizeof *kin->relatives, &st);
+    if (!st) fill(patch, tet_count, kin);
+    return st;
 }
 
 void tli_kin_close(tl_ctx *ctx, tli_kin *kin)
 {
-    tl_mem_free(ctx, kin->first);
-    tl_mem_free(ctx, kin->next);
-    tl_mem_free(ctx, kin->seen);
+    tl_mem_free(ctx, kin->begin);
+    tl_mem_free(ctx, kin->relatives);
 }
 
-static inline int64_t beside(int64_t value, int64_t reference)
+/* How far what the first kin says spreads. */
+static inline void find_extent(const tli_relative *first, bool has_elder,
+                               const int64_t (*places)[3], uint32_t around[3])
 {
-    return (int64_t)((uint64_t)value - (uint64_t)reference);
-}
-
-/* Nearest whole number, halves upwards. */
-static int64_t divide(uint64_t sum, int64_t count)
-{
-    int64_t twice = (int64_t)(2 * sum + (uint64_t)count), whole = twice / (2 * count);
-    return whole - (twice % (2 * count) < 0);
-}
-
-/* The face that the vertex was reached over, the elder vertex behind it, and how far they spread.
- */
-static void first_kin(const tli_kin *kin, uint32_t t, uint32_t vertex, const int64_t (*places)[3],
-                      tli_guess *guess)
-{
-    const uint16_t *tet = kin->patch->tets[t];
-    uint32_t corner = kin_corner(tet, vertex), across = kin->patch->opposite[t][corner];
-    if (across != TL_NONE) guess->elder = kin->patch->tets[across >> 2][across & 3];
-    if (guess->elder >= vertex) guess->elder = TL_NONE;
-    for (uint32_t c = 0; c < 3; c++) guess->face[c] = tet[(corner + 1 + c) & 3];
+    const int64_t *reference = places[first->face[0]], *y = places[first->face[1]];
+    const int64_t *z = places[first->face[2]], *w = has_elder ? places[first->elder] : reference;
     for (int a = 0; a < 3; a++) {
-        int64_t x0 = places[guess->face[0]][a], low = 0, high = 0;
-        for (int c = 1; c < 4; c++) {
-            uint32_t v = c < 3 ? guess->face[c] : guess->elder;
-            int64_t x = v == TL_NONE ? 0 : beside(places[v][a], x0);
-            low = x < low ? x : low;
-            high = x > high ? x : high;
-        }
-        guess->around[a] = model_length((uint64_t)high - (uint64_t)low);
+        uint64_t base = (uint64_t)reference[a];
+        int64_t dy = (int64_t)((uint64_t)y[a] - base), dz = (int64_t)((uint64_t)z[a] - base);
+        int64_t dw = (int64_t)((uint64_t)w[a] - base);
+        int64_t low = dy < dz ? dy : dz, high = dy < dz ? dz : dy;
+        low = dw < low ? dw : low;
+        high = dw > high ? dw : high;
+        low = low < 0 ? low : 0;
+        high = high > 0 ? high : 0;
+        around[a] = model_length((uint64_t)high - (uint64_t)low);
     }
 }
 
@@ -79,47 +93,49 @@ static void guess_before(const int64_t (*places)[3], uint32_t vertex, tli_guess 
         guess->around[a] = 0;
     }
     guess->group = 2;
+    guess->has_elder = false;
 }
 
 void tli_kin_place(const tli_kin *kin, uint32_t vertex, const int64_t (*places)[3],
                    tli_guess *guess)
 {
+    /* 1 / (48 n) of mirrored elders, and 1 / (3 n) of faces. */
+    static const double parts[2][PLACE_KIN_MAX + 1] = {
+        {0, 1.0 / 48, 1.0 / 96, 1.0 / 144, 1.0 / 192, 1.0 / 240, 1.0 / 288},
+        {0, 1.0 / 3, 1.0 / 6, 1.0 / 9, 1.0 / 12, 1.0 / 15, 1.0 / 18}};
     /* Sums beside a reference, so that they are small; they wrap around. */
-    uint64_t face_sum[3] = {0}, both_face[3] = {0}, elder_sum[3] = {0};
-    int64_t face_count = 0, both_count = 0;
-    uint32_t t = kin->first[vertex];
-    guess->kin_count = 0;
-    guess->elder = TL_NONE;
-    if (t == TL_NONE) {
+    uint64_t sums[2][3] = {{0}};
+    uint32_t count = kin_count(kin, vertex, PLACE_KIN_MAX), both_count = 0;
+    const tli_relative *first = &kin->relatives[kin->begin[vertex]];
+    guess->kin_count = count;
+    guess->first = first;
+    if (!count) {
         guess_before(places, vertex, guess);
         return;
     }
-    first_kin(kin, t, vertex, places, guess);
-    const int64_t *reference = places[guess->face[0]];
-    for (; t != TL_NONE; t = kin->next[t], face_count++) {
-        const uint16_t *tet = kin->patch->tets[t];
-        uint32_t corner = kin_corner(tet, vertex), across = kin->patch->opposite[t][corner];
-        uint32_t elder = across == TL_NONE ? vertex : kin->patch->tets[across >> 2][across & 3];
-        const int64_t *x = places[tet[(corner + 1) & 3]], *y = places[tet[(corner + 2) & 3]];
-        const int64_t *z = places[tet[(corner + 3) & 3]];
-        bool both = elder < vertex;
-        const int64_t *w = both ? places[elder] : reference;
+    const int64_t *reference = places[first->face[0]];
+    guess->has_elder = first->elder != ELDER_NONE;
+    find_extent(first, guess->has_elder, places, guess->around);
+    for (uint32_t i = 0; i < count; i++) {
+        const tli_relative *relative = &first[i];
+        const int64_t *x = places[relative->face[0]], *y = places[relative->face[1]];
+        const int64_t *z = places[relative->face[2]];
+        uint32_t both = relative->elder != ELDER_NONE;
+        const int64_t *w = places[both ? relative->elder : first->face[0]];
         for (int a = 0; a < 3; a++) {
-            uint64_t sum =
-                (uint64_t)x[a] + (uint64_t)y[a] + (uint64_t)z[a] - 3 * (uint64_t)reference[a];
-            face_sum[a] += sum;
-            both_face[a] += both ? sum : 0;
-            elder_sum[a] += (uint64_t)w[a] - (uint64_t)reference[a];
+            uint64_t base = (uint64_t)reference[a];
+            uint64_t sum = (uint64_t)x[a] + (uint64_t)y[a] + (uint64_t)z[a] - 3 * base;
+            uint64_t mirrored = (16 + MIRROR) * sum - 3 * MIRROR * ((uint64_t)w[a] - base);
+            sums[0][a] += mirrored & (0 - (uint64_t)both);
+            sums[1][a] += sum;
         }
         both_count += both;
     }
+    uint32_t which = both_count == 0;
+    double part = parts[which][which ? count : both_count];
     for (int a = 0; a < 3; a++) {
-        int64_t offset =
-            both_count
-                ? divide((16 + MIRROR) * both_face[a] - 3 * MIRROR * elder_sum[a], 48 * both_count)
-                : divide(face_sum[a], 3 * face_count);
-        guess->at[a] = (uint64_t)reference[a] + (uint64_t)offset;
+        double offset = (double)(int64_t)sums[which][a] * part;
+        guess->at[a] = (uint64_t)reference[a] + (uint64_t)kin_round(offset);
     }
-    guess->kin_count = (uint32_t)face_count;
     guess->group = both_count > 1 ? 0 : both_count ? 1 : 2;
 }

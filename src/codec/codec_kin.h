@@ -6,20 +6,31 @@
 
 #include "codec/codec_topology.h"
 
+/* One of a vertex's kin: the face opposite the vertex, in the order of the corners after the
+ * vertex's own, and the elder vertex beyond it, or ELDER_NONE. */
+#define ELDER_NONE 0xffffu
+typedef struct tli_relative {
+    uint16_t face[3], elder;
+} tli_relative;
+
 typedef struct tli_kin {
-    const tl_patch *patch; /* tets and opposite */
-    uint32_t *first;       /* [vertex] a tet, or TL_NONE */
-    uint32_t *next;        /* [tet] */
-    uint32_t *seen;        /* [vertex] by which vertex it was counted last */
+    uint32_t *begin;         /* [vert_count + 1] into relatives */
+    tli_relative *relatives; /* of one vertex after the other, in the order of the tets */
 } tli_kin;
 
-/* patch is borrowed and has its opposite faces. Tets with a vertex twice are no kin. */
+/* Of more kin, the first are asked, for places and for values: more say nothing new. */
+#define PLACE_KIN_MAX 6u
+#define VALUE_KIN_MAX 3u
+
+/* patch has its opposite faces. Tets with a vertex twice are no kin. */
 tl_status tli_kin_open(tl_ctx *ctx, const tl_patch *patch, tli_kin *kin);
 void tli_kin_close(tl_ctx *ctx, tli_kin *kin);
 
-static inline uint32_t kin_corner(const uint16_t tet[4], uint32_t vertex)
+/* How many kin are asked. */
+static inline uint32_t kin_count(const tli_kin *kin, uint32_t vertex, uint32_t most)
 {
-    return tet[3] == vertex ? 3 : tet[2] == vertex ? 2 : tet[1] == vertex ? 1 : 0;
+    uint32_t count = kin->begin[vertex + 1] - kin->begin[vertex];
+    return count < most ? count : most;
 }
 
 /* What is expected of the place of a vertex whose elders have theirs. */
@@ -28,36 +39,44 @@ typedef struct tli_guess {
     uint32_t around[3]; /* bits of the extent of what it was made of */
     uint32_t group;     /* how good it is: 0 best, 2 worst */
     uint32_t kin_count;
-    uint32_t face[3], elder; /* of the first kin; elder TL_NONE: there is none */
+    const tli_relative *first; /* of the kin; NULL: there is none */
+    bool has_elder;            /* the first has */
 } tli_guess;
-void tli_kin_place(const tli_kin *kin, uint32_t vertex, const int64_t (*places)[3],
-                   tli_guess *guess);
 
 /* Other guesses, which are exact in grids of hexahedra that were split: mode 0 is guess->at itself.
  * For others the guess has an elder. */
 #define GUESS_MODES 12u
+
+/* Nearest whole number; of numbers beyond 2^51 one nearby. */
+static inline int64_t kin_round(double x)
+{
+    const double lift = 0x1.8p52; /* no fraction is left above it */
+    return (int64_t)(x + lift - lift);
+}
+
+/* The mean of the mirrored elders or, without any, of the faces. Arithmetic wraps around, so that
+ * images of any size work. */
+void tli_kin_place(const tli_kin *kin, uint32_t vertex, const int64_t (*places)[3],
+                   tli_guess *guess);
+
+/* The guess of a mode along an axis. */
 static inline uint64_t kin_guess(const tli_guess *guess, uint32_t mode, const int64_t (*places)[3],
                                  int axis)
 {
+    /* Of the first kin's elder and face. Mode 1, the corner of a cell beyond the tet in its middle:
+     * halved; 2: the way back; 3 to 5: beyond the side of a cell; 6 to 8: parallelogram with the
+     * face; 9 to 11: with two of its vertices and the elder. */
+    static const int8_t weights[GUESS_MODES][4] = {
+        {0, 0, 0, 0},  {-1, 1, 1, 1}, {-2, 1, 1, 1}, {-1, 2, 0, 0}, {-1, 0, 2, 0}, {-1, 0, 0, 2},
+        {0, -1, 1, 1}, {0, 1, -1, 1}, {0, 1, 1, -1}, {-1, 0, 1, 1}, {-1, 1, 0, 1}, {-1, 1, 1, 0}};
     if (mode == 0) return guess->at[axis];
-    uint64_t f[3], w = (uint64_t)places[guess->elder][axis], sum;
-    for (int c = 0; c < 3; c++) f[c] = (uint64_t)places[guess->face[c]][axis];
-    sum = f[0] + f[1] + f[2];
-    switch (mode) {
-    case 1: /* corner of a cell beyond the tet in its middle: half of sum - w */
-        return w + (uint64_t)topology_shifted((int64_t)(sum - 3 * w), 1);
-    case 2: return sum - 2 * w; /* and the way back */
-    case 3:
-    case 4:
-    case 5: return 2 * f[mode - 3] - w; /* beyond the side of a cell */
-    case 6:
-    case 7:
-    case 8: return sum - 2 * f[mode - 6]; /* parallelogram with the face */
-    case 9:
-    case 10:
-    case 11: return sum - f[mode - 9] - w; /* with two of its vertices and the elder */
-    default: return 0;
-    }
+    const int8_t *weight = weights[mode];
+    uint64_t base = (uint64_t)places[guess->first->elder][axis];
+    uint64_t sum = (uint64_t)(int64_t)weight[0] * base;
+    for (int c = 0; c < 3; c++)
+        sum += (uint64_t)(int64_t)weight[1 + c] * (uint64_t)places[guess->first->face[c]][axis];
+    if (mode == 1) return base + (uint64_t)topology_shifted((int64_t)(sum - 2 * base), 1);
+    return sum;
 }
 
 #endif

@@ -114,21 +114,37 @@ static inline uint32_t model_bits_for(uint32_t count)
     return bits;
 }
 
+/* A symbol's state: where several follow that do not depend on each other, they take turns. */
+#define STATE_CONNECTIVITY 0u
+#define STATE_MODE 3u /* after those of the three axes */
+#define TOPOLOGY_STATES 4u
+static inline uint32_t model_state_of_channel(uint32_t component)
+{
+    return component & (RANS_STATES_MAX - 1);
+}
+static inline uint32_t model_states_of_channel(uint32_t components)
+{
+    return components < RANS_STATES_MAX ? components : RANS_STATES_MAX;
+}
+
 /* Rows of operations by what the gate sees: which faces over its edges are open and which of their
  * apexes are one vertex (a state), and how many tets the fans have. The state of a gate whose other
  * side may be there already is OP_STATE_GLUE. */
 static inline uint32_t model_op_row(const tli_gate *gate)
 {
-    const uint32_t *apex = gate->apex, *fan = gate->fan;
+    const uint32_t *apex = gate->apex;
     uint32_t same = (uint32_t)(apex[0] == apex[1]) | (uint32_t)(apex[0] == apex[2]) << 1 |
                     (uint32_t)(apex[1] == apex[2]) << 2;
     uint32_t glue = (uint32_t)(apex[0] == gate->vertex[0]) |
                     (uint32_t)(apex[1] == gate->vertex[1]) << 1 |
                     (uint32_t)(apex[2] == gate->vertex[2]) << 2;
     uint32_t state = glue & gate->open ? OP_STATE_GLUE : (uint32_t)tli_op_states[gate->open][same];
-    uint32_t row = state * OP_FANS_AB + (fan[0] < OP_FANS_AB ? fan[0] : OP_FANS_AB) - 1;
-    row = row * OP_FANS_P + (fan[1] < OP_FANS_P ? fan[1] : OP_FANS_P) - 1;
-    return ROW_OP + row * OP_FANS_P + (fan[2] < OP_FANS_P ? fan[2] : OP_FANS_P) - 1;
+    /* Fans of 0 are those of 512. */
+    uint32_t ab = gate_fan(gate, 0) - 1, pb = gate_fan(gate, 1) - 1, pa = gate_fan(gate, 2) - 1;
+    ab = ab < OP_FANS_AB ? ab : OP_FANS_AB - 1;
+    pb = pb < OP_FANS_P ? pb : OP_FANS_P - 1;
+    pa = pa < OP_FANS_P ? pa : OP_FANS_P - 1;
+    return ROW_OP + ((state * OP_FANS_AB + ab) * OP_FANS_P + pb) * OP_FANS_P + pa;
 }
 
 /* Places in an umbrella count from its two ends in turn, since near ones are more likely. Those
@@ -176,8 +192,8 @@ typedef struct tli_scale {
 /* Expected length in 1/4 bits. */
 static inline uint32_t scale_expect(const tli_scale *scale, uint32_t around)
 {
-    int32_t quarters = ((int32_t)around * SCALE_ONE + scale->mean) / (SCALE_ONE / 4);
-    return quarters > 0 ? (uint32_t)quarters : 0;
+    int32_t expected = (int32_t)around * SCALE_ONE + scale->mean;
+    return expected > 0 ? (uint32_t)expected / (SCALE_ONE / 4) : 0;
 }
 
 static inline void scale_learn(tli_scale *scale, uint32_t around, uint32_t length)

@@ -6,32 +6,29 @@
 #include "codec/codec_rans.h"
 
 /* As tokens_number. Inline: it is asked for every coordinate and value. */
-static inline int64_t read_number(tli_rans *rans, const tli_table *table, uint32_t first_row,
-                                  tli_scale *scale, uint32_t around)
+static inline int64_t read_number(tli_stream *stream, uint32_t which, const tli_table *table,
+                                  uint32_t first_row, tli_scale *scale, uint32_t around)
 {
-    uint32_t quarters = scale_expect(scale, around), length = 0;
-    uint32_t symbol = rans_symbol(rans, codec_row(table, number_row(first_row, quarters)));
-    uint64_t magnitude = 0, bits = 0;
-    if (symbol == NUMBER_ESCAPE)
-        length = (uint32_t)rans_raw(rans, NUMBER_ESCAPE_BITS);
-    else if (symbol != NUMBER_ZERO)
-        length = symbol + quarters / 4 - NUMBER_MIDDLE;
+    uint32_t quarters = scale_expect(scale, around);
+    uint32_t row = number_row(first_row, quarters);
+    uint32_t symbol = stream_symbol(stream, which, codec_row(table, row));
+    uint32_t length = symbol == NUMBER_ZERO ? 0 : symbol + quarters / 4 - NUMBER_MIDDLE;
+    uint64_t bits = 0, magnitude;
+    if (symbol == NUMBER_ESCAPE) length = (uint32_t)stream_bits(stream, NUMBER_ESCAPE_BITS);
     /* Other lengths are in no stream of ours; the end of the stream will tell. */
     length = length < 64 ? length : 64;
-    if (length) {
-        bits = rans_raw(rans, length);
-        magnitude = bits >> 1 | UINT64_C(1) << (length - 1);
-    }
     scale_learn(scale, around, length);
-    return (int64_t)(bits & 1 ? 0 - magnitude : magnitude);
+    if (!length) return 0;
+    bits = length <= PLAIN_BITS_MAX ? stream_few_bits(stream, length) : stream_bits(stream, length);
+    magnitude = bits >> 1 | UINT64_C(1) << (length - 1);
+    return (int64_t)((magnitude ^ (0 - (bits & 1))) + (bits & 1));
 }
 
 /* Number index of plain ones of elem_bytes, 4 or 8, little endian and signed. */
 static inline int64_t read_raw(const uint8_t *bytes, size_t index, unsigned elem_bytes)
 {
     const uint8_t *at = bytes + index * elem_bytes;
-    if (elem_bytes == 4) return (int32_t)rans_word(at);
-    return (int64_t)((uint64_t)rans_word(at) | (uint64_t)rans_word(at + 4) << 32);
+    return elem_bytes == 4 ? (int32_t)rans_word(at) : (int64_t)rans_long_word(at);
 }
 
 /* A raw topology after its head; *wrong says what is wrong, if anything. */

@@ -27,8 +27,8 @@ tl_status tli_channel_tell(tl_ctx *ctx, const tl_patch *patch, uint32_t first_ro
                            tli_tokens *tokens);
 
 /* A number whose expected length is that of around, as scale has learned. */
-static inline void tokens_number(tli_tokens *tokens, uint32_t first_row, tli_scale *scale,
-                                 uint32_t around, int64_t value)
+static inline void tokens_number(tli_tokens *tokens, uint32_t state, uint32_t first_row,
+                                 tli_scale *scale, uint32_t around, int64_t value)
 {
     uint64_t magnitude = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
     uint32_t length = model_length(magnitude), quarters = scale_expect(scale, around);
@@ -37,11 +37,11 @@ static inline void tokens_number(tli_tokens *tokens, uint32_t first_row, tli_sca
         symbol = NUMBER_ZERO;
     else if (symbol - 1 >= NUMBER_ESCAPE - 1)
         symbol = NUMBER_ESCAPE;
-    tokens_symbol(tokens, row, symbol);
-    if (symbol == NUMBER_ESCAPE) tokens_raw(tokens, length, NUMBER_ESCAPE_BITS);
+    tokens_symbol(tokens, state, row, symbol);
+    if (symbol == NUMBER_ESCAPE) tokens_plain(tokens, length, NUMBER_ESCAPE_BITS);
     if (length) {
         uint64_t below = length > 1 ? magnitude & ((UINT64_C(1) << (length - 1)) - 1) : 0;
-        tokens_raw(tokens, below << 1 | (value < 0), length);
+        tokens_plain(tokens, below << 1 | (value < 0), length);
     }
     scale_learn(scale, around, length);
 }

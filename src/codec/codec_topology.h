@@ -65,7 +65,4 @@ static inline void regions_use(tli_regions *regions, uint32_t index, int32_t reg
     regions->recent[0] = region;
 }
 
-/* Vertices of border faces: sets on_border [vert_count] to 1 or 0. */
-void tli_patch_border(const tl_patch *patch, uint8_t *on_border);
-
 #endif

@@ -11,7 +11,7 @@
 
 /* Why a stream is none; NULL while it may be one. */
 typedef struct reader {
-    tli_rans rans;
+    tli_stream stream;
     tli_table table;
     tli_border border;
     tl_patch *patch;
@@ -23,7 +23,7 @@ typedef struct reader {
 /* A vertex that is there; others than those of the stream are wrong. */
 static uint32_t read_vertex(reader *r, uint32_t count)
 {
-    uint32_t vertex = (uint32_t)rans_raw(&r->rans, model_bits_for(count));
+    uint32_t vertex = (uint32_t)stream_bits(&r->stream, model_bits_for(count));
     if (vertex < count) return vertex;
     r->wrong = "names a vertex that is not there";
     return 0;
@@ -42,7 +42,8 @@ static void read_start(reader *r)
 {
     uint32_t v[4];
     for (uint32_t c = 0; c < 4; c++) {
-        bool is_new = rans_symbol(&r->rans, codec_row(&r->table, ROW_START + c)) == 1;
+        bool is_new =
+            stream_symbol(&r->stream, STATE_CONNECTIVITY, codec_row(&r->table, ROW_START + c)) == 1;
         v[c] = is_new ? new_vertex(r) : read_vertex(r, r->border.vert_count);
     }
     if (r->wrong || v[0] == v[1] || v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3] ||
@@ -50,36 +51,31 @@ static void read_start(reader *r)
         r->wrong = r->wrong ? r->wrong : "begins with a tet that names a vertex twice";
         return;
     }
-    uint32_t tet = border_add_tet(&r->border, v[0], v[1], v[2], v[3]);
-    for (uint32_t face = 0; face < 4; face++) border_wait(&r->border, tet, face);
+    tli_border_start(&r->border, v);
 }
 
 static void read_glue(reader *r, const tli_gate *gate)
 {
-    const tli_border *b = &r->border;
-    uint32_t count = 0, rank, f;
-    for (f = b->head[gate->vertex[0]]; f != TL_NONE; f = b->next[f & WAIT_FACE])
-        count += border_is_reverse(b, gate, f);
-    rank = (uint32_t)rans_raw(&r->rans, model_bits_for(count));
-    if (rank >= count) {
+    uint32_t count = tli_border_reverse(&r->border, gate, 0, TL_NONE).count;
+    uint32_t rank = (uint32_t)stream_bits(&r->stream, model_bits_for(count));
+    if (rank < count)
+        tli_border_glue(&r->border, gate, tli_border_reverse(&r->border, gate, rank, TL_NONE).face);
+    else
         r->wrong = "glues a face to none";
-        return;
-    }
-    for (f = b->head[gate->vertex[0]];; f = b->next[f & WAIT_FACE])
-        if (border_is_reverse(b, gate, f) && rank-- == 0) break;
-    border_glue(&r->border, gate, f);
 }
 
 /* The vertex of a tet that is glued to nothing but the gate. */
 static uint32_t read_join(reader *r, const tli_gate *gate)
 {
     uint32_t k = 0, around[UMBRELLA_MAX], count = border_umbrella(&r->border, gate, 0, around);
-    uint32_t symbol = rans_symbol(&r->rans, codec_row(&r->table, model_join_row(0, count)));
+    uint32_t symbol = stream_symbol(&r->stream, STATE_CONNECTIVITY,
+                                    codec_row(&r->table, model_join_row(0, count)));
     if (symbol == JOIN_NUMBER) return read_vertex(r, r->border.vert_count);
     if (symbol >= JOIN_A) {
         k = symbol == JOIN_A ? 1 : 2;
         count = border_umbrella(&r->border, gate, k, around);
-        symbol = rans_symbol(&r->rans, codec_row(&r->table, model_join_row(k, count)));
+        symbol = stream_symbol(&r->stream, STATE_CONNECTIVITY,
+                               codec_row(&r->table, model_join_row(k, count)));
     }
     uint32_t place = model_join_place(symbol, count);
     if (place < count) return around[place];
@@ -88,7 +84,7 @@ static uint32_t read_join(reader *r, const tli_gate *gate)
 }
 
 /* Adds a tet if it can be one. */
-static inline void add_tet(reader *r, const tli_gate *gate, uint32_t mask, uint32_t d)
+static BORDER_INLINE void add_tet(reader *r, const tli_gate *gate, uint32_t mask, uint32_t d)
 {
     if (d == gate->vertex[0] || d == gate->vertex[1] || d == gate->vertex[2])
         r->wrong = "joins a tet to a vertex that it has";
@@ -98,7 +94,7 @@ static inline void add_tet(reader *r, const tli_gate *gate, uint32_t mask, uint3
 }
 
 /* The tet that is glued over the edges of mask, a constant: their faces are open and meet at d. */
-static inline void add_glued_tet(reader *r, const tli_gate *gate, uint32_t mask)
+static BORDER_INLINE void add_glued_tet(reader *r, const tli_gate *gate, uint32_t mask)
 {
     uint32_t d = gate->apex[mask & 1 ? 0 : mask & 2 ? 1 : 2];
     if ((mask & ~gate->open) || ((mask & 2) && gate->apex[1] != d) ||
@@ -110,8 +106,9 @@ static inline void add_glued_tet(reader *r, const tli_gate *gate, uint32_t mask)
 /* What is beyond the gate. A case for each mask, so that none is looked at bit by bit. */
 static inline void read_operation(reader *r, const tli_gate *gate)
 {
-    switch (rans_symbol(&r->rans, codec_row(&r->table, model_op_row(gate)))) {
-    case OP_BORDER: r->border.opposite[4 * gate->tet + gate->face] = TL_NONE; break;
+    switch (
+        stream_symbol(&r->stream, STATE_CONNECTIVITY, codec_row(&r->table, model_op_row(gate)))) {
+    case OP_BORDER: border_shut(&r->border, gate); break;
     case OP_GROW: add_tet(r, gate, 0, new_vertex(r)); break;
     case OP_GROW + 1: add_glued_tet(r, gate, 1); break;
     case OP_GROW + 2: add_glued_tet(r, gate, 2); break;
@@ -129,15 +126,14 @@ static inline void read_operation(reader *r, const tli_gate *gate)
 static void read_vertex_star(reader *r, uint32_t p)
 {
     tli_border *b = &r->border;
-    while (b->head[p] != TL_NONE && !r->wrong) {
-        uint32_t waits = b->head[p], face = waits & WAIT_FACE;
+    uint32_t face;
+    tli_border_begin(b, p);
+    while (!r->wrong && (face = border_next(b)) != TL_NONE) {
         tli_gate gate;
-        b->head[p] = b->next[face];
-        if (b->opposite[face] != BORDER_OPEN) continue;
-        border_look(b, waits, &gate);
+        border_look(b, face, &gate);
         read_operation(r, &gate);
     }
-    b->waiting[p >> 6] &= ~((uint64_t)1 << (p & 63));
+    tli_border_end(b);
 }
 
 /* Tets with a vertex twice stand last, by their numbers. */
@@ -181,7 +177,6 @@ static tl_status read_connectivity(tl_ctx *ctx, reader *r)
         }
         if (!r->wrong) read_odd_tets(r);
     }
-    tli_border_close(ctx, &r->border);
     if (!st && !r->wrong && (r->flags & TOPOLOGY_REMATCH)) st = rematch(ctx, r);
     return st;
 }
@@ -191,8 +186,8 @@ static void read_shared(reader *r, const uint8_t *on_border)
     uint32_t last[2] = {0, 0};
     for (uint32_t v = 0; v < r->patch->vert_count; v++) {
         uint32_t kind = on_border[v];
-        uint32_t shared =
-            rans_symbol(&r->rans, codec_row(&r->table, ROW_SHARED + 2 * kind + last[kind]));
+        uint32_t shared = stream_symbol(&r->stream, v & (TOPOLOGY_STATES - 1),
+                                        codec_row(&r->table, ROW_SHARED + 2 * kind + last[kind]));
         if (shared > 1) r->wrong = "has a shared flag that is neither 0 nor 1";
         last[kind] = shared & 1;
         r->patch->shared[v] = (uint8_t)last[kind];
@@ -206,11 +201,13 @@ static void read_regions(reader *r)
     for (uint32_t t = 0; t < patch->tet_count; t++) {
         uint32_t row, symbol;
         int32_t guess = tli_region_guess(patch, t, &row);
-        symbol = rans_symbol(&r->rans, codec_row(&r->table, ROW_REGION + row));
+        symbol = stream_symbol(&r->stream, t & (TOPOLOGY_STATES - 1),
+                               codec_row(&r->table, ROW_REGION + row));
         patch->regions[t] = guess;
         if (symbol == 0) continue;
-        patch->regions[t] = symbol - 1 < REGION_RECENT ? regions.recent[symbol - 1]
-                                                       : (int32_t)(uint32_t)rans_raw(&r->rans, 32);
+        patch->regions[t] = symbol - 1 < REGION_RECENT
+                                ? regions.recent[symbol - 1]
+                                : (int32_t)(uint32_t)stream_bits(&r->stream, 32);
         regions_use(&regions, symbol - 1, patch->regions[t]);
     }
 }
@@ -224,19 +221,23 @@ static void read_places(reader *r, const tl_lattice *lattice, const tli_kin *kin
     uint32_t mode_before = 0;
     bool outside = false;
     for (int i = 0; i < 6 && (r->flags & TOPOLOGY_SHIFTED); i++)
-        shifts.by[i / 3][i % 3] = (uint8_t)rans_raw(&r->rans, SHIFT_BITS);
+        shifts.by[i / 3][i % 3] = (uint8_t)stream_bits(&r->stream, SHIFT_BITS);
     for (int a = 0; a < 3 && patch->vert_count > 0; a++)
         patch->places[0][a] =
-            topology_place_of(lattice, rans_raw(&r->rans, topology_place_bits(lattice)));
+            topology_place_of(lattice, stream_bits(&r->stream, topology_place_bits(lattice)));
     for (uint32_t v = 1; v < patch->vert_count && !r->wrong; v++) {
         tli_guess guess;
         uint32_t mode = 0, group;
         tli_kin_place(kin, v, places, &guess);
-        if (guess.elder != TL_NONE) {
-            mode = rans_symbol(
-                &r->rans, codec_row(&r->table, topology_mode_row(guess.kin_count, mode_before)));
-            if (mode >= GUESS_MODES) r->wrong = "has a guess of no mode";
+        if (guess.has_elder) {
+            mode = stream_symbol(
+                &r->stream, STATE_MODE,
+                codec_row(&r->table, topology_mode_row(guess.kin_count, mode_before)));
             mode_before = mode;
+            if (mode >= GUESS_MODES) {
+                r->wrong = "has a guess of no mode";
+                break;
+            }
         }
         group = mode ? PLACE_GROUPS - 1 : guess.group;
         for (int a = 0; a < 3; a++) {
@@ -245,8 +246,9 @@ static void read_places(reader *r, const tl_lattice *lattice, const tli_kin *kin
             int64_t expected =
                 topology_shifted((int64_t)(kin_guess(&guess, mode, places, a) - base), shift);
             uint32_t around = guess.around[a] > shift ? guess.around[a] - shift : 0;
-            int64_t beside = read_number(&r->rans, &r->table, ROW_PLACE + group * NUMBER_ROWS,
-                                         &scales[group][a], around);
+            int64_t beside =
+                read_number(&r->stream, (uint32_t)a, &r->table, ROW_PLACE + group * NUMBER_ROWS,
+                            &scales[group][a], around);
             uint64_t place = ((uint64_t)beside + (uint64_t)expected) << shift;
             patch->places[v][a] = (int64_t)(place + base);
             outside |= topology_is_outside(lattice, patch->places[v][a]);
@@ -260,20 +262,17 @@ static tl_status read_rest(tl_ctx *ctx, const tl_lattice *lattice, reader *r)
     tl_status st = TL_OK;
     tl_patch *patch = r->patch;
     tli_kin kin = {0};
-    uint8_t *on_border = tl_mem_alloc(ctx, patch->vert_count, 1, &st);
     patch->shared = tl_mem_alloc(ctx, patch->vert_count, 1, &st);
     patch->places = tl_mem_alloc(ctx, patch->vert_count, sizeof *patch->places, &st);
     if (r->flags & TOPOLOGY_REGIONS)
         patch->regions = tl_mem_alloc(ctx, patch->tet_count, sizeof *patch->regions, &st);
     if (!st) st = tli_kin_open(ctx, patch, &kin);
     if (!st) {
-        tli_patch_border(patch, on_border);
-        read_shared(r, on_border);
+        read_shared(r, r->border.on_border);
         read_places(r, lattice, &kin);
         if (patch->regions) read_regions(r);
     }
     tli_kin_close(ctx, &kin);
-    tl_mem_free(ctx, on_border);
     return st;
 }
 
@@ -299,7 +298,8 @@ static tl_status decode_coded(tl_ctx *ctx, const tl_codec *codec, const uint8_t 
                               size_t byte_count, reader *r)
 {
     tl_status st = TL_OK;
-    if (!rans_begin(&r->rans, bytes + TOPOLOGY_HEAD_BYTES, byte_count - TOPOLOGY_HEAD_BYTES)) {
+    if (!stream_begin(&r->stream, bytes + TOPOLOGY_HEAD_BYTES, byte_count - TOPOLOGY_HEAD_BYTES,
+                      TOPOLOGY_STATES)) {
         r->wrong = "ends before its stream begins";
         return TL_OK;
     }
@@ -308,8 +308,9 @@ static tl_status decode_coded(tl_ctx *ctx, const tl_codec *codec, const uint8_t 
         r->wrong = "has more vertices than its head says";
     if (!st && !r->wrong) st = read_rest(ctx, &codec->lattice, r);
     if (!st && !r->wrong &&
-        !rans_is_done(&r->rans, byte_count == model_least_bytes(r->patch->tet_count)))
+        !stream_is_done(&r->stream, byte_count == model_least_bytes(r->patch->tet_count)))
         r->wrong = "does not end where its tets end";
+    tli_border_close(ctx, &r->border);
     return st;
 }
 

@@ -31,7 +31,7 @@ static void tell_odd_tets(const tl_patch *patch, uint32_t odd_count, tli_tokens 
 {
     uint32_t bits = model_bits_for(patch->vert_count);
     for (uint32_t t = patch->tet_count - odd_count; t < patch->tet_count; t++)
-        for (int c = 0; c < 4; c++) tokens_raw(tokens, patch->tets[t][c], bits);
+        for (int c = 0; c < 4; c++) tokens_plain(tokens, patch->tets[t][c], bits);
 }
 
 static void tell_shared(const tl_patch *patch, const uint8_t *on_border, tli_tokens *tokens)
@@ -39,7 +39,8 @@ static void tell_shared(const tl_patch *patch, const uint8_t *on_border, tli_tok
     uint32_t last[2] = {0, 0};
     for (uint32_t v = 0; v < patch->vert_count; v++) {
         uint32_t kind = on_border[v], shared = patch->shared[v];
-        tokens_symbol(tokens, ROW_SHARED + 2 * kind + last[kind], shared);
+        tokens_symbol(tokens, v & (TOPOLOGY_STATES - 1), ROW_SHARED + 2 * kind + last[kind],
+                      shared);
         last[kind] = shared;
     }
 }
@@ -51,12 +52,12 @@ static void tell_regions(const tl_patch *patch, tli_tokens *tokens)
         uint32_t row, index = 0;
         int32_t region = patch->regions[t], guess = tli_region_guess(patch, t, &row);
         if (region == guess) {
-            tokens_symbol(tokens, ROW_REGION + row, 0);
+            tokens_symbol(tokens, t & (TOPOLOGY_STATES - 1), ROW_REGION + row, 0);
             continue;
         }
         while (index < REGION_RECENT && regions.recent[index] != region) index++;
-        tokens_symbol(tokens, ROW_REGION + row, 1 + index);
-        if (index == REGION_RECENT) tokens_raw(tokens, (uint32_t)region, 32);
+        tokens_symbol(tokens, t & (TOPOLOGY_STATES - 1), ROW_REGION + row, 1 + index);
+        if (index == REGION_RECENT) tokens_plain(tokens, (uint32_t)region, 32);
         regions_use(&regions, index, region);
     }
 }
@@ -90,28 +91,22 @@ typedef struct offset {
     int64_t beside[3];
 } offset;
 
-static offset offset_of(const tl_patch *patch, const tli_shifts *shifts, uint32_t v,
-                        const tli_guess *guess, uint32_t mode)
+/* The bits that the numbers of an offset take; from most on it is left unfinished. */
+static uint32_t find_offset(const tl_patch *patch, const tli_shifts *shifts, uint32_t v,
+                            const tli_guess *guess, uint32_t mode, uint32_t most, offset *o)
 {
     const int64_t(*places)[3] = (const int64_t(*)[3])patch->places;
-    offset o;
-    for (int a = 0; a < 3; a++) {
+    uint32_t bits = 0;
+    for (int a = 0; a < 3 && bits < most; a++) {
         uint32_t shift = shifts->by[patch->shared[v]][a];
         uint64_t base = (uint64_t)places[0][a];
         int64_t place = topology_shifted((int64_t)((uint64_t)places[v][a] - base), shift);
         int64_t expected =
             topology_shifted((int64_t)(kin_guess(guess, mode, places, a) - base), shift);
-        o.beside[a] = (int64_t)((uint64_t)place - (uint64_t)expected);
+        int64_t beside = (int64_t)((uint64_t)place - (uint64_t)expected);
+        o->beside[a] = beside;
+        bits += model_length(beside < 0 ? 0 - (uint64_t)beside : (uint64_t)beside);
     }
-    return o;
-}
-
-static uint32_t offset_bits(const offset *o)
-{
-    uint32_t bits = 0;
-    for (int a = 0; a < 3; a++)
-        bits +=
-            model_length(o->beside[a] < 0 ? 0 - (uint64_t)o->beside[a] : (uint64_t)o->beside[a]);
     return bits;
 }
 
@@ -119,14 +114,13 @@ static uint32_t offset_bits(const offset *o)
 static uint32_t find_mode(const tl_patch *patch, const tli_shifts *shifts, uint32_t v,
                           const tli_guess *guess, offset *o)
 {
-    uint32_t best = 0, best_bits;
-    *o = offset_of(patch, shifts, v, guess, 0);
-    best_bits = offset_bits(o);
+    uint32_t best = 0, best_bits = find_offset(patch, shifts, v, guess, 0, UINT32_MAX, o);
     best_bits = best_bits > MODE_GAIN_BITS ? best_bits - MODE_GAIN_BITS : 0;
-    for (uint32_t mode = 1; mode < GUESS_MODES && guess->elder != TL_NONE; mode++) {
-        offset other = offset_of(patch, shifts, v, guess, mode);
-        if (offset_bits(&other) >= best_bits) continue;
-        best_bits = offset_bits(&other);
+    for (uint32_t mode = 1; mode < GUESS_MODES && guess->has_elder && best_bits; mode++) {
+        offset other;
+        uint32_t bits = find_offset(patch, shifts, v, guess, mode, best_bits, &other);
+        if (bits >= best_bits) continue;
+        best_bits = bits;
         best = mode;
         *o = other;
     }
@@ -139,24 +133,26 @@ static void tell_places(const tl_lattice *lattice, const tl_patch *patch, const 
     const int64_t(*places)[3] = (const int64_t(*)[3])patch->places;
     tli_scale scales[PLACE_GROUPS][3] = {{{0}}};
     uint32_t mode_before = 0;
-    for (int i = 0; i < 6 && shifted; i++) tokens_raw(tokens, shifts->by[i / 3][i % 3], SHIFT_BITS);
+    for (int i = 0; i < 6 && shifted; i++)
+        tokens_plain(tokens, shifts->by[i / 3][i % 3], SHIFT_BITS);
     for (int a = 0; a < 3 && patch->vert_count > 0; a++)
-        tokens_raw(tokens, (uint64_t)places[0][a], topology_place_bits(lattice));
+        tokens_plain(tokens, (uint64_t)places[0][a], topology_place_bits(lattice));
     for (uint32_t v = 1; v < patch->vert_count; v++) {
         tli_guess guess;
         offset o;
         tli_kin_place(kin, v, places, &guess);
         uint32_t mode = find_mode(patch, shifts, v, &guess, &o);
         uint32_t group = mode ? PLACE_GROUPS - 1 : guess.group;
-        if (guess.elder != TL_NONE) {
-            tokens_symbol(tokens, topology_mode_row(guess.kin_count, mode_before), mode);
+        if (guess.has_elder) {
+            tokens_symbol(tokens, STATE_MODE, topology_mode_row(guess.kin_count, mode_before),
+                          mode);
             mode_before = mode;
         }
         for (int a = 0; a < 3; a++) {
             uint32_t shift = shifts->by[patch->shared[v]][a];
             uint32_t around = guess.around[a] > shift ? guess.around[a] - shift : 0;
-            tokens_number(tokens, ROW_PLACE + group * NUMBER_ROWS, &scales[group][a], around,
-                          o.beside[a]);
+            tokens_number(tokens, (uint32_t)a, ROW_PLACE + group * NUMBER_ROWS, &scales[group][a],
+                          around, o.beside[a]);
         }
     }
 }
@@ -181,21 +177,18 @@ static tl_status check_places(tl_ctx *ctx, const tl_lattice *lattice, const tl_p
 static tl_status tell_rest(tl_ctx *ctx, const tl_lattice *lattice, const tl_patch *patch,
                            const tli_walk *walk, tli_topology_tokens *out)
 {
-    tl_status st = TL_OK;
     tli_tokens *tokens = &out->tokens;
     tli_kin kin = {0};
     tli_shifts shifts = {{{0}}};
     bool shifted = find_shifts(patch, &shifts);
-    uint8_t *on_border = tl_mem_alloc(ctx, patch->vert_count, 1, &st);
-    if (!st) st = tli_kin_open(ctx, patch, &kin);
+    tl_status st = tli_kin_open(ctx, patch, &kin);
     if (!st) {
         unsigned flags = (patch->regions ? TOPOLOGY_REGIONS : 0) |
                          (walk->rematch ? TOPOLOGY_REMATCH : 0) | (shifted ? TOPOLOGY_SHIFTED : 0);
         tli_topology_head(patch, BLOB_CODED, (uint8_t)flags, walk->odd_count, out->head);
         tell_odd_tets(patch, walk->odd_count, tokens);
         out->connectivity_end = tokens->count;
-        tli_patch_border(patch, on_border);
-        tell_shared(patch, on_border, tokens);
+        tell_shared(patch, walk->on_border, tokens);
         out->flags_end = tokens->count;
         tell_places(lattice, patch, &kin, &shifts, shifted, tokens);
         out->places_end = tokens->count;
@@ -203,7 +196,6 @@ static tl_status tell_rest(tl_ctx *ctx, const tl_lattice *lattice, const tl_patc
         st = tokens->status;
     }
     tli_kin_close(ctx, &kin);
-    tl_mem_free(ctx, on_border);
     return st;
 }
 
@@ -235,9 +227,9 @@ tl_status tli_topology_encode(tl_ctx *ctx, const tl_codec *codec, unsigned class
     const tli_table *table = &codec->tables[class_];
     tl_status st = tli_topology_tell(ctx, &codec->lattice, patch, &told);
     if (!st) st = tli_bytes_append(out, told.head, sizeof told.head);
-    if (!st) st = tli_tokens_write(&told.tokens, table, out);
-    while (!st && out->count - before < model_least_bytes(patch->tet_count))
-        st = tli_bytes_append(out, "", 1);
+    size_t least = model_least_bytes(patch->tet_count);
+    least = least > TOPOLOGY_HEAD_BYTES ? least - TOPOLOGY_HEAD_BYTES : 0;
+    if (!st) st = tli_tokens_write(&told.tokens, table, TOPOLOGY_STATES, least, out);
     if (!st && bits) {
         bits->connectivity += tli_tokens_weigh(&told.tokens, 0, told.connectivity_end, table);
         bits->flags += tli_tokens_weigh(&told.tokens, told.connectivity_end, told.flags_end, table);

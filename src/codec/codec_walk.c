@@ -71,6 +71,11 @@ static uint32_t face_old(const walker *w, uint32_t face)
     return 4 * w->walk->tet_old[face >> 2] + corner_old(w, face >> 2, face & 3);
 }
 
+static uint32_t open_face_old(const walker *w, uint32_t face)
+{
+    return face_old(w, border_tet_face(&w->border, face));
+}
+
 static void record_tet(walker *w, uint32_t old, uint32_t tet, const uint32_t corners[4])
 {
     w->tet_new[old] = tet;
@@ -93,32 +98,21 @@ static void start(walker *w, uint32_t old)
     for (uint32_t c = 0; c < 4; c++) {
         uint32_t vertex = w->patch->tets[old][c];
         bool is_new = w->vert_new[vertex] == TL_NONE;
-        tokens_symbol(w->tokens, ROW_START + c, is_new);
+        tokens_symbol(w->tokens, STATE_CONNECTIVITY, ROW_START + c, is_new);
         if (!is_new)
-            tokens_raw(w->tokens, w->vert_new[vertex], model_bits_for(w->border.vert_count));
+            tokens_plain(w->tokens, w->vert_new[vertex], model_bits_for(w->border.vert_count));
         v[c] = is_new ? new_vertex(w, vertex) : w->vert_new[vertex];
     }
-    uint32_t tet = border_add_tet(&w->border, v[0], v[1], v[2], v[3]);
-    record_tet(w, old, tet, straight);
-    for (uint32_t face = 0; face < 4; face++) border_wait(&w->border, tet, face);
+    record_tet(w, old, tli_border_start(&w->border, v), straight);
 }
 
 /* The tet beyond is there: which of the faces that wait at p with the gate's vertices is it. */
-static void glue(walker *w, const tli_gate *gate, uint32_t face)
+static void glue(walker *w, const tli_gate *gate, uint32_t tet_face)
 {
-    const tli_border *b = &w->border;
-    uint32_t rank = 0, count = 0, found = face;
-    for (uint32_t f = b->head[gate->vertex[0]]; f != TL_NONE; f = b->next[f & WAIT_FACE]) {
-        if (!border_is_reverse(b, gate, f)) continue;
-        if ((f & WAIT_FACE) == face) {
-            rank = count;
-            found = f;
-        }
-        count++;
-    }
-    tokens_symbol(w->tokens, model_op_row(gate), OP_GLUE);
-    tokens_raw(w->tokens, rank, model_bits_for(count));
-    border_glue(&w->border, gate, found);
+    tli_reverse found = tli_border_reverse(&w->border, gate, TL_NONE, tet_face);
+    tokens_symbol(w->tokens, STATE_CONNECTIVITY, model_op_row(gate), OP_GLUE);
+    tokens_plain(w->tokens, found.rank, model_bits_for(found.count));
+    tli_border_glue(&w->border, gate, found.face);
 }
 
 /* Corners of the old tet beyond the gate, as (p, a, b, d). */
@@ -144,13 +138,13 @@ static void tell_join(walker *w, const tli_gate *gate, uint32_t d)
         for (place[k] = 0; place[k] < count[k] && around[place[k]] != d;) place[k]++;
         if (k == 0) first_row = model_join_row(0, count[0]);
         if (place[k] == count[k] || model_join_symbol(place[k], count[k]) >= JOIN_A) continue;
-        if (k > 0) tokens_symbol(w->tokens, first_row, elsewhere[k]);
-        tokens_symbol(w->tokens, model_join_row(k, count[k]),
+        if (k > 0) tokens_symbol(w->tokens, STATE_CONNECTIVITY, first_row, elsewhere[k]);
+        tokens_symbol(w->tokens, STATE_CONNECTIVITY, model_join_row(k, count[k]),
                       model_join_symbol(place[k], count[k]));
         return;
     }
-    tokens_symbol(w->tokens, first_row, JOIN_NUMBER);
-    tokens_raw(w->tokens, d, model_bits_for(w->border.vert_count));
+    tokens_symbol(w->tokens, STATE_CONNECTIVITY, first_row, JOIN_NUMBER);
+    tokens_plain(w->tokens, d, model_bits_for(w->border.vert_count));
 }
 
 /* Adds the old tet beyond the gate, which is not there yet. */
@@ -160,35 +154,34 @@ static void grow(walker *w, const tli_gate *gate, uint32_t across)
     order_corners(w, gate, across, corners);
     for (uint32_t k = 0; k < 3; k++) {
         uint32_t beyond = w->opposite[4 * old + corners[k]];
-        bool linked =
-            beyond != TL_NONE && (gate->open >> k & 1) && face_old(w, gate->end[k] >> 2) == beyond;
+        bool linked = beyond != TL_NONE && (gate->open >> k & 1) &&
+                      open_face_old(w, gate_end(gate, k) >> 2) == beyond;
         mask |= (uint32_t)linked << k;
     }
     uint32_t vertex = w->patch->tets[old][corners[3]], d = w->vert_new[vertex];
     if (mask || d == TL_NONE) {
-        tokens_symbol(w->tokens, row, OP_GROW + mask);
+        tokens_symbol(w->tokens, STATE_CONNECTIVITY, row, OP_GROW + mask);
         if (d == TL_NONE) d = new_vertex(w, vertex);
     } else {
-        tokens_symbol(w->tokens, row, OP_JOIN);
+        tokens_symbol(w->tokens, STATE_CONNECTIVITY, row, OP_JOIN);
         tell_join(w, gate, d);
     }
-    record_tet(w, old, border_grow(&w->border, gate, mask, d), corners);
+    record_tet(w, old, tli_border_grow(&w->border, gate, mask, d), corners);
 }
 
 /* All that is around vertex p. */
 static void finish_vertex(walker *w, uint32_t p)
 {
     tli_border *b = &w->border;
-    while (b->head[p] != TL_NONE) {
-        uint32_t waits = b->head[p], face = waits & WAIT_FACE;
+    uint32_t face;
+    tli_border_begin(b, p);
+    while ((face = border_next(b)) != TL_NONE) {
         tli_gate gate;
-        b->head[p] = b->next[face];
-        if (b->opposite[face] != BORDER_OPEN) continue;
-        border_look(b, waits, &gate);
-        uint32_t old = face_old(w, face), across = w->opposite[old];
+        border_look(b, face, &gate);
+        uint32_t across = w->opposite[open_face_old(w, face)];
         if (across == TL_NONE) {
-            tokens_symbol(w->tokens, model_op_row(&gate), OP_BORDER);
-            b->opposite[face] = TL_NONE;
+            tokens_symbol(w->tokens, STATE_CONNECTIVITY, model_op_row(&gate), OP_BORDER);
+            border_shut(b, &gate);
         } else if (w->tet_new[across >> 2] == TL_NONE) {
             grow(w, &gate, across);
         } else {
@@ -197,7 +190,7 @@ static void finish_vertex(walker *w, uint32_t p)
             glue(w, &gate, 4 * tet + k);
         }
     }
-    b->waiting[p >> 6] &= ~((uint64_t)1 << (p & 63));
+    tli_border_end(b);
 }
 
 static void walk_all(walker *w)
@@ -247,6 +240,8 @@ tl_status tli_walk_open(tl_ctx *ctx, const tl_patch *patch, tli_walk *walk, tli_
         st = tokens->status;
     }
     walk->opposite = (uint32_t(*)[4])(void *)w.border.opposite;
+    walk->on_border = w.border.on_border;
+    w.border.on_border = NULL;
     tl_mem_free(ctx, w.opposite);
     tl_mem_free(ctx, w.border.tets);
     tli_border_close(ctx, &w.border);
@@ -261,4 +256,5 @@ void tli_walk_close(tl_ctx *ctx, tli_walk *walk)
     tl_mem_free(ctx, walk->tet_old);
     tl_mem_free(ctx, walk->corners);
     tl_mem_free(ctx, walk->opposite);
+    tl_mem_free(ctx, walk->on_border);
 }

@@ -10,6 +10,7 @@ typedef struct tli_walk {
     uint32_t *tet_old;  /* [tet_count]; tets with a vertex twice last */
     uint8_t *corners;   /* [tet_count] for each new corner the old one, two bits each, by new tet */
     uint32_t (*opposite)[4]; /* [tet_count] of new faces; a block of tl_mem_alloc */
+    uint8_t *on_border;      /* [vert_count] 1 for vertices of faces without a tet beyond */
     uint32_t odd_count;      /* tets with a vertex twice */
     bool
         rematch; /* faces with two tets that turn alike were not linked, they are not in opposite */
