@@ -3,6 +3,9 @@ figures.py with Debian's /usr/bin/python3 (package python3-vtk9). Prints one JSO
 
     vtk_peer.py simplify IN.vtu OUT.vtu [--keep 0.1] [--runs 3] [--scale S] [--channel NAME]
     vtk_peer.py mesh IN.vtu [--runs 3]
+    vtk_peer.py surface IN.vtu --value V [--threads N] [--runs 3]
+    vtk_peer.py draw IN.vtu --camera X,Y,Z,FX,FY,FZ,UX,UY,UZ,ANGLE --range LOW,HIGH --unit D [--size 512]
+                [--threads N] [--runs 3] [--against OUR.png]
 
 simplify runs vtkUnstructuredGridQuadricDecimation, which uses one thread and one scalar. VTK 9.1
 compares volumes with an absolute number, so that on fine meshes of unit size it gives up long before
@@ -12,10 +15,17 @@ alone; peak_bytes is the growth of the process during the first run plus what th
 
 mesh runs vtkDataSetSurfaceFilter (one thread) and vtkUnstructuredGrid.BuildLinks (all threads) and
 prints the median of their seconds.
+
+surface runs vtkContour3DLinearGrid: without and with merged points, and with a scalar tree made before.
+
+draw renders frames by vtkUnstructuredGridVolumeRayCastMapper and vtkProjectedTetrahedraMapper, off the
+screen under xvfb-run (started by itself), with the transfer function of `tetralod bench draw`, and compares
+the first of the former with a picture.
 """
 
 import argparse
 import json
+import os
 import statistics
 import sys
 import time
@@ -167,6 +177,113 @@ def mesh(options):
             "vtk": vtk.vtkVersion().GetVTKVersion()}
 
 
+def surface(options):
+    vtk.vtkSMPTools.Initialize(options.threads)
+    grid, name = with_one_scalar(read(options.file), None)
+    said = {"vtk": vtk.vtkVersion().GetVTKVersion(), "channel": name}
+    for key, merge, tree in (("plain", False, False), ("merged", True, False), ("tree", True, True)):
+        contour = vtk.vtkContour3DLinearGrid()
+        contour.SetInputData(grid)
+        contour.SetMergePoints(merge)
+        contour.SetComputeNormals(False)
+        contour.InterpolateAttributesOff()
+        contour.SetUseScalarTree(tree)
+        contour.SetValue(0, options.value)
+
+        def extract():
+            contour.Modified()
+            contour.Update()
+
+        said[key] = median_seconds(extract, options.runs)
+        area = vtk.vtkMassProperties()
+        area.SetInputData(contour.GetOutput())
+        said[key + "_triangles"] = contour.GetOutput().GetNumberOfPolys()
+        said[key + "_area"] = area.GetSurfaceArea() if said[key + "_triangles"] else 0
+    return said
+
+
+# Parts of the range with colours and opacities, as in src/cli/cli_bench_draw.c.
+COLORS = ((0, .1, .1, .6), (.3, .1, .7, .8), (.5, .9, .9, .3), (.75, .95, .4, .1), (1, .9, .05, .05))
+OPACITIES = ((0, 0), (.15, 0), (.3, .05), (.6, .15), (1, .8))
+
+
+def volume_property(low, high, unit):
+    colors, opacities = vtk.vtkColorTransferFunction(), vtk.vtkPiecewiseFunction()
+    for part, *rgb in COLORS:
+        colors.AddRGBPoint(low + part * (high - low), *rgb)
+    for part, opacity in OPACITIES:
+        opacities.AddPoint(low + part * (high - low), opacity)
+    look = vtk.vtkVolumeProperty()
+    look.SetColor(colors)
+    look.SetScalarOpacity(opacities)
+    look.SetScalarOpacityUnitDistance(unit)
+    look.ShadeOff()
+    look.SetInterpolationTypeToLinear()
+    return look
+
+
+def frames(grid, mapper, options):
+    """Seconds of each frame, and the pixels of the first, bottom row first."""
+    x = [float(word) for word in options.camera.split(",")]
+    low, high = (float(word) for word in options.range.split(","))
+    window, renderer, volume = vtk.vtkRenderWindow(), vtk.vtkRenderer(), vtk.vtkVolume()
+    window.SetOffScreenRendering(1)
+    window.SetSize(options.size, options.size)
+    window.SetMultiSamples(0)
+    window.AddRenderer(renderer)
+    renderer.SetBackground(0, 0, 0)
+    mapper.SetInputData(grid)
+    volume.SetMapper(mapper)
+    volume.SetProperty(volume_property(low, high, options.unit))
+    renderer.AddVolume(volume)
+    camera = renderer.GetActiveCamera()
+    camera.SetPosition(x[0:3])
+    camera.SetFocalPoint(x[3:6])
+    camera.SetViewUp(x[6:9])
+    camera.SetViewAngle(x[9])
+    renderer.ResetCameraClippingRange()
+    window.Render()
+    pixels = vtk.vtkUnsignedCharArray()
+    window.GetRGBACharPixelData(0, 0, options.size - 1, options.size - 1, 1, pixels)
+    first = vtk_to_numpy(pixels).reshape(-1, 4)[:, :3].astype(float)
+    seconds, one = [], vtk.vtkUnsignedCharArray()
+    for _ in range(options.runs):
+        camera.Azimuth(5)
+        start = time.perf_counter()
+        window.Render()
+        window.GetRGBACharPixelData(0, 0, 0, 0, 1, one)  # waits for the frame
+        seconds.append(time.perf_counter() - start)
+    return statistics.median(seconds), first
+
+
+def decibels(ours, theirs):
+    error = ((ours - theirs) ** 2).mean() ** 0.5
+    return float(20 * numpy.log10(255 / error)) if error else 999.0
+
+
+def draw(options):
+    if not os.environ.get("DISPLAY"):
+        os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
+        os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1024x1024x24", sys.executable, *sys.argv])
+    vtk.vtkMultiThreader.SetGlobalMaximumNumberOfThreads(options.threads)
+    grid, _ = with_one_scalar(read(options.file), None)
+    ray = vtk.vtkUnstructuredGridVolumeRayCastMapper()
+    ray.AutoAdjustSampleDistancesOff()
+    ray.SetImageSampleDistance(1.0)
+    ray.SetNumberOfThreads(options.threads)
+    said = {"vtk": vtk.vtkVersion().GetVTKVersion()}
+    said["ray"], ray_pixels = frames(grid, ray, options)
+    said["projected"], projected_pixels = frames(grid, vtk.vtkProjectedTetrahedraMapper(), options)
+    said["vtk_decibels"] = decibels(ray_pixels, projected_pixels)
+    if options.against:
+        reader = vtk.vtkPNGReader()
+        reader.SetFileName(options.against)
+        reader.Update()
+        ours = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())[:, :3].astype(float)
+        said["decibels"] = decibels(ours, ray_pixels)
+    return said
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
@@ -180,8 +297,24 @@ def main():
     verb = verbs.add_parser("mesh")
     verb.add_argument("file")
     verb.add_argument("--runs", type=int, default=3)
+    verb = verbs.add_parser("surface")
+    verb.add_argument("file")
+    verb.add_argument("--value", type=float, required=True)
+    verb.add_argument("--threads", type=int, default=1)
+    verb.add_argument("--runs", type=int, default=3)
+    verb = verbs.add_parser("draw")
+    verb.add_argument("file")
+    verb.add_argument("--camera", required=True)
+    verb.add_argument("--range", required=True)
+    verb.add_argument("--unit", type=float, required=True)
+    verb.add_argument("--size", type=int, default=512)
+    verb.add_argument("--threads", type=int, default=1)
+    verb.add_argument("--runs", type=int, default=3)
+    verb.add_argument("--against")
     options = parser.parse_args()
-    print(json.dumps(simplify(options) if options.verb == "simplify" else mesh(options)))
+    print(json.dumps({"simplify": simplify, "mesh": mesh, "surface": surface, "draw": draw}[options.verb](options)),
+          flush=True)
+    os._exit(0)  # VTK's windows outlive the X server of xvfb-run and abort
 
 
 if __name__ == "__main__":

@@ -326,6 +326,9 @@ static const struct {
     {"codec", "bits and CPU time of the codec, one thread, by size of the patches", bench_codec,
      false},
     {"build", "models: speed, memory and size, by size of the segments", bench_build, false},
+    {"surface", "isosurfaces at 40 % of the range: with and without a range index", bench_surface,
+     false},
+    {"draw", "volume rendering on the processor, 512 x 512 pixels", bench_draw, false},
     {"cut", "a model: opening it, moving its cut, extracting meshes", bench_cut, true},
 };
 enum { BENCH_COUNT = sizeof BENCHES / sizeof *BENCHES };

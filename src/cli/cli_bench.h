@@ -38,6 +38,8 @@ int bench_segment(bench_state *state, const bench_data *data);
 /* Of the file as it is, too. */
 int bench_build(bench_state *state, const bench_data *data);
 int bench_codec(bench_state *state, const bench_data *data);
+int bench_surface(bench_state *state, const bench_data *data);
+int bench_draw(bench_state *state, const bench_data *data);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);
 
