@@ -106,7 +106,9 @@ def write_pvd(path, files, times):
         f.write("</Collection></VTKFile>\n")
 
 
-class Series(unittest.TestCase):
+class Moving(unittest.TestCase):
+    """The data of all cases."""
+
     STEPS = 4
 
     @classmethod
@@ -142,6 +144,10 @@ class Series(unittest.TestCase):
         self.assertEqual(done.returncode, status, done.stdout + done.stderr)
         self.assertFalse(os.path.exists(self.path("none.tlod")))
         return done.stderr
+
+
+class Series(Moving):
+    """Models that are made of several steps."""
 
     def test_all_steps(self):
         built = self.build("all.tlod", self.pvd, "--steps", "all")
@@ -275,6 +281,198 @@ class Series(unittest.TestCase):
             with open(self.path("threads.tlod"), "rb") as f:
                 data.append(f.read())
         self.assertEqual(*data)
+
+
+class Adding(Moving):
+    """Channels that are added to a model."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        done = run("build", cls.pvd, "-o", cls.path("base.tlod"), "--steps", "0", "--channels", "heat", "--segment-tets", "1200", "--patch-tets", "300")
+        assert done.returncode == 0, done.stderr
+
+    def fresh(self, name):
+        shutil.copy(self.path("base.tlod"), self.path(name))
+        return self.path(name)
+
+    def add(self, model, *words):
+        return run("build", "--add-channel", model, *words)
+
+    def bytes_of(self, path):
+        with open(path, "rb") as f:
+            return f.read()
+
+    def test_added_steps_keep_their_promises(self):
+        model, out = self.fresh("added.tlod"), self.path("added.vtu")
+        before = run("extract", model, "-o", out, "--level", "1", "--ascii")
+        self.assertEqual(before.returncode, 0, before.stderr)
+        kept = self.bytes_of(out)
+        done = self.add(model, self.pvd, "--steps", "1:3", "--channels", "heat,wind")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([(c["name"], c["step"]) for c in self.info("added.tlod")["channels"]],
+                         [("heat", 0)] + [(n, s) for s in (1, 2, 3) for n in ("heat", "wind")])
+        run("extract", model, "-o", out, "--level", "1", "--ascii", "--step", "0")
+        self.assertEqual(self.bytes_of(out), kept, "what was there has changed")
+        for step in (1, 3):
+            for how in (("--full",), ("--level", "2"), ("--error", "heat=5%")):
+                done = run("extract", model, "-o", out, "--step", str(step), *how, "--ascii", "--json")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                said = json.loads(done.stdout)
+                corners, tets, arrays = read_vtu(out)
+                wind = np.stack([self.points[:, 1] * step, np.sin(3 * self.points[:, 0] + step), self.points[:, 2]], axis=1)
+                for name, original in (("heat", heat(self.points, step)), ("wind", wind)):
+                    promised = next(b["error"] for b in said["bounds_promised"] if b["channel"] == name)
+                    measured = errors_at(self.points, original, (corners, tets), arrays[name], said["boundary_error"] + 2e-5).max()
+                    self.assertLessEqual(measured, promised * (1 + 1e-6), f"{name} at step {step}, {how}")
+                    if how[0] == "--full":
+                        self.assertLess(promised, 2e-4 * 3)
+        for words in ((), ("--step", "0")):
+            done = run("check", model, "--against", self.pvd, "--channels", "heat", "--cuts", "4") if not words else run("check", model)
+            self.assertIn(done.returncode, (0, 2), done.stderr)
+
+    def test_added_field_is_as_good_as_a_built_one(self):
+        """Fitted to the originals, so that its errors are near those of a build that does not steer by it."""
+        model = self.fresh("fit.tlod")
+        self.assertEqual(self.add(model, self.pvd, "--steps", "1", "--channels", "heat").returncode, 0)
+        self.build("built.tlod", self.pvd, "--steps", "0,1", "--steer", "0", "--channels", "heat", "--segment-tets", "1200", "--patch-tets", "300")
+        added, built = ([v["error"][1]["error"] for v in self.info(n)["levels"]] for n in ("fit.tlod", "built.tlod"))
+        self.assertEqual(len(added), len(built))
+        self.assertAlmostEqual(added[0], built[0], delta=0.2 * built[0])
+        for a, b in zip(added[1:], built[1:]):
+            self.assertLess(a, 1.5 * b)
+
+    def test_as_step_and_without(self):
+        model = self.fresh("as.tlod")
+        done = self.add(model, self.files[2], "--channels", "heat", "--as-step", "7")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.add(model, self.files[1], self.files[2], "--channels", "wind", "--as-step", "8")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        renamed = self.path("mask.vtu")
+        write_vtu(renamed, self.points, self.tets, [("mask", np.arange(len(self.points), dtype=np.int32))])
+        done = self.add(model, renamed, "--channel-error", "lossless")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        channels = self.info("as.tlod")["channels"]
+        self.assertEqual([(c["name"], c.get("step")) for c in channels], [("heat", 0), ("heat", 7), ("wind", 8), ("wind", 9), ("mask", None)])
+        out = self.path("mask_out.vtu")
+        self.assertEqual(run("extract", model, "-o", out, "--full", "--step", "8", "--ascii").returncode, 0)
+        arrays = read_vtu(out)[2]
+        self.assertEqual(sorted(arrays["mask"].tolist()), list(range(len(self.points))))
+        self.assertEqual(run("check", model).returncode, 0)
+
+    def test_what_does_not_fit_is_refused(self):
+        model = self.fresh("refused.tlod")
+        before = self.bytes_of(model)
+        moved, fewer = self.path("far.vtu"), self.path("few.vtu")
+        points = self.points.copy()
+        points[300] += 0.01
+        write_vtu(moved, points, self.tets, [("other", heat(points, 1))])
+        write_vtu(fewer, self.points, self.tets[1:], [("other", heat(points, 1))])
+        for words, said, status in (((moved,), "another mesh", 1), ((fewer,), "another mesh", 1),
+                                    ((self.pvd, "--steps", "0", "--channels", "heat"), "at step 0 already", 1),
+                                    ((self.pvd, "--steps", "1"), "'rank' is on cells", 1),
+                                    ((self.files[1], "--channels", "cold"), "no channel 'cold'", 1),
+                                    ((self.files[1], "-o", "x.tlod"), "--add-channel", 2)):
+            done = self.add(model, *words)
+            self.assertEqual((done.returncode, said in done.stderr), (status, True), done.stderr)
+            self.assertEqual(self.bytes_of(model), before)
+
+    def test_interrupted(self):
+        """A killed run leaves the old model or the new one, never another."""
+        model = self.fresh("killed.tlod")
+        before = self.bytes_of(model)
+        words = [PROGRAM, "build", "--add-channel", model, self.files[1], "--as-step", "1", "--channels", "heat"]
+        for wait in (0.01, 0.05, 0.2):
+            with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+                try:
+                    process.wait(wait)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+            if self.bytes_of(model) != before:
+                break
+        self.assertEqual(run("check", model).returncode, 0)
+
+    def test_threads_do_not_matter(self):
+        data = []
+        for threads in ("1", "3"):
+            model = self.fresh("threads.tlod")
+            done = self.add(model, self.pvd, "--steps", "1,2", "--channels", "heat", "--threads", threads)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            data.append(self.bytes_of(model))
+        self.assertEqual(*data)
+
+    def test_baffle(self):
+        """Vertices at one place: fine with one value, refused with several."""
+        half = len(self.points) // 2
+        points, tets = self.points.copy(), self.tets.copy()
+        above = np.where(points[:, 0] == 0.5)[0]
+        twin = dict(zip(above.tolist(), range(len(points), len(points) + len(above))))
+        points = np.concatenate([points, points[above]])
+        right = points[tets].mean(axis=1)[:, 0] > 0.5
+        tets[right] = np.vectorize(lambda v: twin.get(v, v))(tets[right])
+        same, different = heat(points, 1), heat(points, 1)
+        different[half * 2 + 1:] += 1
+        names = [self.path(f"baffle_{k}.vtu") for k in "abc"]
+        for name, values in zip(names, (heat(points, 0), same, different)):
+            write_vtu(name, points, tets, [("heat", values)])
+        self.build("baffle.tlod", names[0])
+        done = self.add(self.path("baffle.tlod"), names[1], "--as-step", "1")
+        self.assertEqual(done.returncode, 1, "a channel without a step holds at all")
+        self.build("baffle.tlod", names[0], "--steps", "0")
+        done = self.add(self.path("baffle.tlod"), names[1], "--as-step", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.add(self.path("baffle.tlod"), names[2], "--as-step", "2")
+        self.assertIn("at one place", done.stderr)
+
+
+class Lossless(Moving):
+    """What must come back bit by bit."""
+
+    def round_trip(self, *words):
+        points, tets = self.points + 1 / 3, self.tets
+        rng = np.random.default_rng(3)
+        data = [("single", rng.normal(size=len(points)).astype(np.float32)), ("double", rng.normal(size=len(points)) / 3),
+                ("pairs", rng.normal(size=(len(points), 3)) * 1e30), ("count", rng.integers(-2**31, 2**31, len(points)).astype(np.int32))]
+        cells = [("kind", rng.integers(0, 100000, len(tets)).astype(np.int32)), ("load", rng.normal(size=len(tets)) * 1e-9)]
+        source, out = self.path("exact.vtu"), self.path("exact_out.vtu")
+        write_vtu(source, points, tets, data, cells)
+        self.build("exact.tlod", source, *words)
+        done = run("extract", self.path("exact.tlod"), "-o", out, "--full", "--ascii")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found, found_tets, arrays = read_vtu(out)
+        return points, tets, dict(data), dict(cells), found, found_tets, arrays
+
+    def assert_exact(self, *words):
+        points, tets, data, cells, found, found_tets, arrays = self.round_trip(*words)
+        number = {p.tobytes(): i for i, p in enumerate(points)}
+        to = np.array([number[p.tobytes()] for p in found.astype(np.float64)])
+        self.assertEqual(len(set(to.tolist())), len(points))
+        for name, values in data.items():
+            self.assertEqual(arrays[name].astype(values.dtype).tobytes(), values[to].tobytes(), name)
+        tet = {tuple(sorted(t)): i for i, t in enumerate(tets.tolist())}
+        of = np.array([tet[tuple(sorted(t))] for t in to[found_tets].tolist()])
+        self.assertEqual(len(set(of.tolist())), len(tets))
+        for name, values in cells.items():
+            self.assertEqual(arrays[name].astype(values.dtype).tobytes(), values[of].tobytes(), name)
+
+    def test_lossless(self):
+        self.assert_exact("--lossless")
+
+    def test_lossless_layout_of_plain_numbers(self):
+        self.assert_exact("--lossless", "--raw-layout")
+
+    def test_position_and_channel_errors(self):
+        self.assert_exact("--position-error", "lossless", "--channel-error", "lossless")
+
+    def test_one_channel_lossless_the_others_within_their_bounds(self):
+        points, _, data, _, found, _, arrays = self.round_trip("--channel-error", "double=lossless", "--channel-error", "single=0.5", "--channel-error", "1%")
+        to = ((points[:, None] - found[None])**2).sum(axis=2).argmin(axis=0)
+        self.assertLess(np.abs(points[to] - found).max(), 2e-5)
+        self.assertEqual(arrays["double"].tobytes(), data["double"][to].tobytes())
+        self.assertLessEqual(np.abs(arrays["single"] - data["single"][to]).max(), 0.5)
+        self.assertGreater(np.abs(arrays["single"] - data["single"][to]).max(), 0)
+        self.fails(self.pvd, "--position-error", "0.5", status=2)
+        self.fails(self.pvd, "--channel-error", "heat=-1", status=2)
 
 
 if __name__ == "__main__":

@@ -103,7 +103,7 @@ static tl_status no_segment(void *user, uint32_t id, double *max_error, float *f
 static tl_status append_file(tl_ctx *ctx, void *arg)
 {
     const make_store *more = arg;
-    const tli_store_added added = {NULL, no_patch, no_segment};
+    const tli_store_added added = {NULL, no_patch, no_segment, NULL};
     tl_store *store = NULL;
     tl_status st = tl_store_open(ctx, "r.tlod", &store);
     if (!st) st = tli_store_append(ctx, store, "a.tlod", &more->head, more->codec, &added);

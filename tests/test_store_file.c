@@ -324,7 +324,7 @@ static void test_append(void **state)
     CHECK_OK(ctx, make_store_write(ctx, ctx, &all, "all.tlod"));
     CHECK_OK(ctx, tl_store_open(ctx, "few.tlod", &store));
     added_source source = {.ctx = ctx, .m = &all, .old = 1};
-    tli_store_added added = {&source, added_patch, added_segment};
+    tli_store_added added = {&source, added_patch, added_segment, NULL};
     CHECK_OK(ctx, tli_store_append(ctx, store, "few.tlod", &all.head, tli_store_codec_bytes(store),
                                    &added));
     make_store_release_patch(ctx, &source.patch);
@@ -508,7 +508,7 @@ static void test_cancel(void **state)
     CHECK_STATUS(tl_store_check(impatient, store, TL_CHECK_FULL), TL_ERR_CANCELLED);
     calls = 0;
     added_source source = {.ctx = ctx, .m = &all, .old = 1};
-    tli_store_added added = {&source, added_patch, added_segment};
+    tli_store_added added = {&source, added_patch, added_segment, NULL};
     CHECK_STATUS(tli_store_append(impatient, store, "c.tlod", &all.head,
                                   tli_store_codec_bytes(store), &added),
                  TL_ERR_CANCELLED);

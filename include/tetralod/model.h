@@ -39,6 +39,7 @@ typedef struct tl_build_opts {
     double boundary_error; /* largest distance of the boundary from the original one that any level
                               may reach, fraction of the diagonal; default 0.05 */
     bool lossless;         /* default false: places and values stay as they are */
+    bool exact_places;     /* default false: places stay as they are */
     bool raw;              /* default false: no entropy coding, for comparison */
     uint32_t segment_tets; /* default 0: the best by measurement, docs/notes */
     uint32_t patch_tets;   /* default 0: likewise */
@@ -99,6 +100,17 @@ TL_API tl_status tl_model_build_series(tl_ctx *ctx, const tl_step *steps, size_t
 /* The same of a mesh in memory, borrowed during the call. */
 TL_API tl_status tl_model_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                                      const tl_build_opts *opts, tl_build_result *result);
+/* Adds channels on vertices to the model at path, from a file of the same data set (input), or from
+ * steps of one ([step_count], then input is NULL): a further field, or further time steps. Topology
+ * and all that is there stay; values of coarser levels are fitted to the original vertices, and
+ * their errors measured, as by a build. Of opts those of channels, errors, memory and folder count.
+ * The file is replaced when the new one is complete. As tl_model_build; TL_ERR_DATA too for another
+ * mesh and for a channel that is there, TL_ERR_UNSUPPORTED for channels on cells, and for vertices
+ * at one place with different values. result: levels stay empty. */
+TL_API tl_status tl_model_add_channels(tl_ctx *ctx, const char *path, const tl_step *steps,
+                                       size_t step_count, const char *input,
+                                       const tl_read_opts *read, const tl_build_opts *opts,
+                                       tl_build_result *result);
 TL_API void tl_build_release(tl_ctx *ctx, tl_build_result *result);
 
 #ifdef __cplusplus

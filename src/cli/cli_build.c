@@ -7,6 +7,9 @@
 #include "cli_model.h"
 #include "tetralod/model.h"
 
+/* As a part of the diagonal: tets of a model are larger. */
+#define POSITION_ERROR_MAX 0.01
+
 static const cli_option RESULT[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "M.tlod", NULL, 0, 0, "the file to make; required"},
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A,B", NULL, 0, 0,
@@ -14,8 +17,8 @@ static const cli_option RESULT[] = {
     {CLI_CHANNEL_ERROR, 0, "channel-error", CLI_TYPE_LIST, "[CHANNEL=]V[%]|lossless", NULL, 0, 0,
      "what storing may change a value by, for one channel or for all (then in percent of the "
      "range, 0.01% if not said)"},
-    {CLI_POSITION_ERROR, 0, "position-error", CLI_TYPE_REAL, "R", "1e-5", DBL_MIN, 0.01,
-     "what storing may move a vertex by, as a part of the box's diagonal"},
+    {CLI_POSITION_ERROR, 0, "position-error", CLI_TYPE_TEXT, "R|lossless", "1e-5", 0, 0,
+     "what storing may move a vertex by, as a part of the box's diagonal, at most 0.01"},
     {CLI_LOSSLESS, 0, "lossless", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "keep places and values as they are at the finest level"},
     {CLI_RAW_LAYOUT, 0, "raw-layout", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
@@ -52,6 +55,15 @@ static const cli_option SERIES[] = {
     {CLI_STEER, 0, "steer", CLI_TYPE_TEXT, "all|LIST", "all", 0, 0,
      "the steps whose fields decide what is simplified; the others follow"},
 };
+static const cli_option ADDING[] = {
+    {CLI_ADD_CHANNEL, 0, "add-channel", CLI_TYPE_TEXT, "M.tlod", NULL, 0, 0,
+     "add the channels on vertices of IN, a data set of the same mesh, to this model instead of "
+     "making one; what is there stays, and the file is replaced when the new one is complete"},
+    {CLI_AS_STEP, 0, "as-step", CLI_TYPE_COUNT, "N", NULL, 0, 4294967294.0,
+     "with --add-channel: they are those of time step N (of several files or steps N, N + 1 ...); "
+     "without it they hold at all steps, or are those of --steps"},
+};
+static const cli_group ADDING_GROUP = {"Adding", ADDING, sizeof ADDING / sizeof *ADDING};
 static const cli_group SERIES_GROUP = {"Series", SERIES, sizeof SERIES / sizeof *SERIES};
 static const cli_group RESULT_GROUP = {"Result", RESULT, sizeof RESULT / sizeof *RESULT};
 static const cli_group SHAPE_GROUP = {"Model", SHAPE, sizeof SHAPE / sizeof *SHAPE};
@@ -109,6 +121,21 @@ static int add_error(const cli_session *session, request *r, const char *text)
     return CLI_DONE;
 }
 
+static int set_position_error(const cli_session *session, request *r)
+{
+    const char *text = cli_get(session, CLI_POSITION_ERROR)->text;
+    double part;
+    r->opts.exact_places = strcmp(text, "lossless") == 0;
+    if (r->opts.exact_places) return CLI_DONE;
+    if (!cli_parse_real(text, &part) || !(part > 0) || part > POSITION_ERROR_MAX)
+        return cli_misuse(session->args.verb,
+                          "--position-error %s: expected a number above 0, at most %g, or "
+                          "'lossless'",
+                          text, POSITION_ERROR_MAX);
+    r->opts.position_error = part;
+    return CLI_DONE;
+}
+
 static int fill_request(const cli_session *session, request *r)
 {
     const cli_value *channels = cli_get(session, CLI_CHANNELS);
@@ -116,7 +143,15 @@ static int fill_request(const cli_session *session, request *r)
     const cli_value *boundary = cli_get(session, CLI_BOUNDARY_ERROR);
     int failed = CLI_DONE;
     r->opts = tl_build_opts_defaults();
-    if (!cli_get(session, CLI_OUTPUT)->given && !cli_get(session, CLI_STOP_AFTER)->given)
+    if (cli_get(session, CLI_ADD_CHANNEL)->given) {
+        if (cli_get(session, CLI_OUTPUT)->given || cli_get(session, CLI_KEEP_WORK)->given ||
+            cli_get(session, CLI_RESUME)->given || cli_get(session, CLI_STOP_AFTER)->given)
+            return cli_misuse(session->args.verb,
+                              "--add-channel changes a model in its place, at once: -o, --keep, "
+                              "--resume and --stop-after do not go with it");
+    } else if (cli_get(session, CLI_AS_STEP)->given) {
+        return cli_misuse(session->args.verb, "--as-step needs --add-channel");
+    } else if (!cli_get(session, CLI_OUTPUT)->given && !cli_get(session, CLI_STOP_AFTER)->given)
         return cli_misuse(session->args.verb, "-o M.tlod is missing");
     for (size_t i = 0; i < channels->item_count && !failed; i++)
         failed = add_channels(session, r, channels->items[i]);
@@ -124,7 +159,7 @@ static int fill_request(const cli_session *session, request *r)
         failed = add_error(session, r, errors->items[i]);
     if (!failed && !boundary->percent && boundary->given)
         failed = cli_misuse(session->args.verb, "--boundary-error: expected percent");
-    r->opts.position_error = cli_get(session, CLI_POSITION_ERROR)->real;
+    if (!failed) failed = set_position_error(session, r);
     r->opts.boundary_error = boundary->real;
     r->opts.lossless = cli_get(session, CLI_LOSSLESS)->given;
     r->opts.raw = cli_get(session, CLI_RAW_LAYOUT)->given;
@@ -177,6 +212,14 @@ static void print_text(cli_session *session, const char *path, const tl_build_re
                cli_seconds(r->seconds).s);
         return;
     }
+    if (cli_get(session, CLI_ADD_CHANNEL)->given) {
+        printf("added       channels to %s (%s tets), in %s\n", path, cli_count(r->tets_in).s,
+               cli_seconds(r->seconds).s);
+        printf("size        %s, %.2f bytes an input tet\n", cli_bytes((double)r->bytes).s,
+               (double)r->bytes / (double)r->tets_in);
+        printf("memory      %s at most\n", cli_bytes((double)r->peak_bytes).s);
+        return;
+    }
     printf("built       %s of %s tets (%s of them in all levels), in %s (%s tets)\n", path,
            cli_count(r->tets_in).s, cli_count(r->tets_stored).s, cli_seconds(r->seconds).s,
            cli_rate((double)r->tets_in / r->seconds).s);
@@ -193,7 +236,9 @@ static void print_text(cli_session *session, const char *path, const tl_build_re
 
 static int run(cli_session *session)
 {
-    const char *path = cli_get(session, CLI_OUTPUT)->text, *input = session->args.operands[0];
+    const bool adds = cli_get(session, CLI_ADD_CHANNEL)->given;
+    const char *path = cli_get(session, adds ? CLI_ADD_CHANNEL : CLI_OUTPUT)->text;
+    const char *input = session->args.operands[0];
     cli_steps steps = {0};
     request r = {0};
     tl_read_opts read;
@@ -208,9 +253,15 @@ static int run(cli_session *session)
     if (failed) return failed;
     r.opts.steer = steps.steer_count ? steps.steer : NULL;
     r.opts.steer_count = steps.steer_count;
-    tl_status st = steps.count ? tl_model_build_series(session->ctx, steps.items, steps.count,
-                                                       &read, path, &r.opts, &result)
-                               : tl_model_build(session->ctx, input, &read, path, &r.opts, &result);
+    tl_status st;
+    if (adds)
+        st = tl_model_add_channels(session->ctx, path, steps.items, steps.count,
+                                   steps.count ? NULL : input, &read, &r.opts, &result);
+    else if (steps.count)
+        st = tl_model_build_series(session->ctx, steps.items, steps.count, &read, path, &r.opts,
+                                   &result);
+    else
+        st = tl_model_build(session->ctx, input, &read, path, &r.opts, &result);
     cli_steps_release(session, &steps);
     cli_progress_clear(&session->progress);
     if (st) return cli_fail(session, session->ctx, st);
@@ -229,11 +280,13 @@ static const char *const EXAMPLES[] = {
     "The pressure alone, within 0.001 % of its range",
     "tetralod build flow.pvd -o flow.tlod --steps 0:100:10 --steer 0,50,100",
     "Eleven time steps of one mesh, three of which decide what is simplified",
+    "tetralod build --add-channel flow.tlod later.vtu --as-step 101",
+    "A further time step; the mesh is not stored again",
     NULL};
 
 const cli_verb cli_verb_build = {
     .name = "build",
-    .operands = "IN ... -o M.tlod",
+    .operands = "IN ... (-o M.tlod | --add-channel M.tlod)",
     .operand_least = 1,
     .operand_most = CLI_OPERANDS_MAX,
     .about = "make a multi-resolution file: every view at the detail it needs, with a bound",
@@ -241,6 +294,7 @@ const cli_verb cli_verb_build = {
                "that the errors ask for. Every original vertex is measured at every level, against "
                "the mesh as it will be decoded. Several time steps of one mesh (--steps, or a file "
                "a step) share it: the mesh must not move or change.",
-    .groups = {&RESULT_GROUP, &SERIES_GROUP, &SHAPE_GROUP, &cli_group_reading, &cli_group_common},
+    .groups = {&RESULT_GROUP, &SERIES_GROUP, &ADDING_GROUP, &SHAPE_GROUP, &cli_group_reading,
+               &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

@@ -75,13 +75,30 @@ static int keep_chosen(const cli_session *session, const bool *chosen, const boo
     return CLI_DONE;
 }
 
+/* The step of a file that --step chooses, under the number of --as-step. */
+static int one_step(cli_session *session, const tl_read_opts *read, cli_steps *s)
+{
+    tl_status st = TL_OK;
+    if (read->has_time)
+        return cli_misuse(session->args.verb, "--as-step: choose the step of the file by --step");
+    s->items = tl_mem_alloc(session->ctx, 1, sizeof *s->items, &st);
+    if (st) return cli_fail(session, session->ctx, st);
+    s->items[0] = (tl_step){session->args.operands[0], read->step,
+                            (uint32_t)cli_get(session, CLI_AS_STEP)->count};
+    s->count = 1;
+    return CLI_DONE;
+}
+
 int cli_steps_choose(cli_session *session, const tl_read_opts *read, cli_steps *steps)
 {
     const cli_value *list = cli_get(session, CLI_STEPS), *steers = cli_get(session, CLI_STEER);
+    const cli_value *as_step = cli_get(session, CLI_AS_STEP);
     const cli_verb *verb = session->args.verb;
     *steps = (cli_steps){0};
     if (steers->given && !list->given && session->args.operand_count == 1)
         return cli_misuse(verb, "--steer needs --steps");
+    if (as_step->given && !list->given && session->args.operand_count == 1)
+        return one_step(session, read, steps);
     if (!list->given && session->args.operand_count == 1) return CLI_DONE;
     if (cli_get(session, CLI_STEP)->given || cli_get(session, CLI_TIME)->given)
         return cli_misuse(verb, "--step and --time choose one step; --steps chooses several");
@@ -93,6 +110,8 @@ int cli_steps_choose(cli_session *session, const tl_read_opts *read, cli_steps *
     if (!failed && steers->given && strcmp(steers->text, "all") != 0)
         failed = choose(session, "steer", steers->text, chosen + steps->count, steps->count);
     if (!failed) failed = keep_chosen(session, chosen, chosen + steps->count, steps);
+    for (size_t i = 0; !failed && as_step->given && i < steps->count; i++)
+        steps->items[i].number = (uint32_t)(as_step->count + i);
     tl_mem_free(session->ctx, chosen);
     if (failed) cli_steps_release(session, steps);
     return failed;

@@ -18,7 +18,7 @@
 /* Values that one repeatable option can collect. */
 #define CLI_LIST_MAX 64
 #define CLI_OPERANDS_MAX 1024
-#define CLI_GROUPS_MAX 5
+#define CLI_GROUPS_MAX 7
 /* Longest name of a channel on the command line, its end included. */
 #define CLI_NAME_BYTES 512
 
@@ -89,6 +89,8 @@ typedef enum cli_id {
     CLI_STOP_AFTER,
     CLI_STEPS,
     CLI_STEER,
+    CLI_ADD_CHANNEL,
+    CLI_AS_STEP,
     CLI_REGION,
     CLI_DETAILS,
     CLI_FAST,

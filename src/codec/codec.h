@@ -51,6 +51,11 @@ tl_status tli_trainer_add(tl_ctx *ctx, tli_trainer *trainer, unsigned class_, co
  * gets plain ones. */
 tl_status tli_trainer_write(const tli_trainer *trainer, tli_bytes *out);
 
+/* Appends tables to out that have the channels of fresh, tables as a trainer writes them: those
+ * that old has too, the first ones, and all that is not of channels are coded as by old. */
+tl_status tli_tables_extend(tl_ctx *ctx, const uint8_t *old, size_t old_bytes,
+                            const tli_bytes *fresh, tli_bytes *out);
+
 /* Where the bits of a topology blob went. */
 typedef struct tli_bits {
     double connectivity, places, flags, regions;

@@ -301,6 +301,9 @@ tl_status tli_model_write(const tli_model *model, const char *path, const tli_in
 
 /* ---- model_build.c ---- */
 void tli_model_saturate(tli_model *model);
+/* The options with all defaults, and those of the segments that follow. */
+tl_status tli_build_opts_take(tl_ctx *ctx, const tl_build_opts *given, tl_build_opts *opts,
+                              tl_segment_opts *segment);
 
 /* ---- model_survey.c ---- */
 typedef struct tli_channel_survey {

@@ -120,9 +120,8 @@ done:
     return st;
 }
 
-/* The options with all defaults, and those of the segments that follow. */
-static tl_status take_opts(tl_ctx *ctx, const tl_build_opts *given, tl_build_opts *opts,
-                           tl_segment_opts *segment)
+tl_status tli_build_opts_take(tl_ctx *ctx, const tl_build_opts *given, tl_build_opts *opts,
+                              tl_segment_opts *segment)
 {
     *opts = tl_build_opts_defaults();
     tl_status st = tli_opts_take(ctx, "tl_build_opts", given, opts, sizeof *opts);
@@ -205,7 +204,7 @@ static tl_status build_any(tl_ctx *ctx, const tli_source *from, const char *path
     double start = tli_clock_s();
     *result = r;
     tl_ctx_reset_peak(ctx);
-    tl_status st = take_opts(ctx, given, &opts, &segment);
+    tl_status st = tli_build_opts_take(ctx, given, &opts, &segment);
     if (!st && from->mesh && tl_mesh_tet_count(from->mesh) == 0)
         st = tl_fail(ctx, TL_ERR_DATA, "the mesh has no tets");
     if (!st) st = tli_work_open(ctx, from, &opts, &work);

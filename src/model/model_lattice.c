@@ -264,7 +264,7 @@ static tl_status agree_on_steps(tli_finest *f, tli_plan *plan)
 tl_status tli_finest_agree(tli_finest *f, tli_plan *plan)
 {
     tl_status st = TL_OK;
-    if (plan->opts.lossless) {
+    if (plan->opts.lossless || plan->opts.exact_places) {
         keep_places(f, plan);
     } else {
         choose_steps(plan, &f->unit, &f->largest);

@@ -80,7 +80,7 @@ static void say_building(words *w, const tl_build_opts *o)
         say(w, "error of '%s': %.17g%s%s\n", o->errors[i].name, o->errors[i].error,
             o->errors[i].relative ? " of the range" : "", o->errors[i].lossless ? ", none" : "");
     say(w, "position error: %.17g\nboundary error: %.17g\n", o->position_error, o->boundary_error);
-    say(w, "lossless: %d\nplain numbers: %d\n", o->lossless, o->raw);
+    say(w, "lossless: %d, places %d\nplain numbers: %d\n", o->lossless, o->exact_places, o->raw);
     say(w, "segment tets: %u\npatch tets: %u\nreduction: %.17g\n", o->segment_tets, o->patch_tets,
         o->reduction);
     say(w, "partition: %d\n", (int)o->partition);

@@ -50,6 +50,8 @@ typedef struct tli_store_added {
                        double *square_error);
     tl_status (*segment)(void *user, uint32_t segment, double *max_error, float *field_bins,
                          float *space_bins);
+    /* May be NULL; makes sphere and boundary error larger where new channels need it. */
+    void (*place)(void *user, uint32_t segment, double sphere[4], double *boundary_error);
 } tli_store_added;
 
 /* Writes a file with the topology, graph and channels of store and further channels. head: that of

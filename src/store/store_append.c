@@ -76,6 +76,8 @@ static tl_status append_segment(append_task *task, uint32_t id)
     memcpy(task->space_bins, info.space_bins, old_bins * sizeof *task->space_bins);
     st = task->added->segment(task->added->user, id, task->max_error + old,
                               task->field_bins + old_bins, task->space_bins + old_bins);
+    if (task->added->place)
+        task->added->place(task->added->user, id, info.sphere, &info.boundary_error);
     info.max_error = task->max_error;
     info.field_bins = task->field_bins;
     info.space_bins = task->space_bins;

@@ -1,0 +1,263 @@
+/* The finest level of channels that are added: values of the originals, as they will be decoded,
+ * and what that is off by. What all levels need of a patch of the file stands here, too. */
+#include <math.h>
+
+#include "model/model_add.h"
+#include "store/store_format.h"
+
+/* Places beyond the bound by no more than this part of it are rounding. */
+static const double SLACK = 1e-6;
+
+/* ---- patches of the file ---- */
+
+tl_status tli_added_patch_load(tl_ctx *ctx, const tli_adder *a, uint32_t patch,
+                               tli_added_patch *out)
+{
+    tli_twin *twins = NULL;
+    size_t twin_count = 0, twin = 0;
+    *out = (tli_added_patch){0};
+    tl_status st = tl_store_topology(ctx, a->store, patch, &out->patch);
+    if (!st) st = tli_store_twins(ctx, a->store, patch, &twins, &twin_count);
+    const size_t count = st ? 0 : out->patch->vert_count;
+    out->ids = tl_mem_alloc(ctx, count, sizeof *out->ids, &st);
+    for (uint32_t v = 0; !st && v < count; v++) {
+        uint8_t bytes[24];
+        uint64_t seed = 0;
+        memcpy(bytes, out->patch->places[v], sizeof bytes);
+        if (twin < twin_count && twins[twin].vert == v) seed = twins[twin++].twin;
+        out->ids[v] = tli_store_hash(seed, bytes, sizeof bytes);
+    }
+    tl_mem_free(ctx, twins);
+    if (st) tli_added_patch_release(ctx, out);
+    return st;
+}
+
+void tli_added_patch_release(tl_ctx *ctx, tli_added_patch *p)
+{
+    tl_mem_free(ctx, p->ids);
+    tl_patch_destroy(ctx, p->patch);
+    *p = (tli_added_patch){0};
+}
+
+tl_status tli_added_mesh(tl_ctx *ctx, const tli_plan *plan, double *xyz, size_t vert_count,
+                         tl_lidx *tets, size_t tet_count, tl_mesh **mesh)
+{
+    tl_status st = tl_mesh_adopt(ctx, xyz, vert_count, tets, tet_count, mesh);
+    if (st) {
+        tl_mem_free(ctx, tets);
+        tl_mem_free(ctx, xyz);
+        return st;
+    }
+    for (size_t i = 0; !st && i < plan->field_count; i++) {
+        const tli_field *f = &plan->fields[i];
+        double *values = tl_mem_zalloc(ctx, vert_count * f->components, sizeof *values, &st);
+        tl_channel channel = {f->key, f->unit, f->components, f->on, TL_F64, values};
+        if (!st) st = tl_mesh_adopt_channel(*mesh, &channel);
+        if (st) tl_mem_free(ctx, values);
+    }
+    return st;
+}
+
+void tli_added_values(const tli_plan *plan, const double *rows, tl_mesh *mesh)
+{
+    for (size_t i = 0; i < plan->field_count; i++) {
+        const tli_field *f = &plan->fields[i];
+        double *values = (double *)(uintptr_t)mesh->channels[i].values;
+        for (size_t v = 0; v < mesh->vert_count; v++)
+            memcpy(values + v * f->components, rows + v * plan->vert_comps + f->first,
+                   f->components * sizeof *values);
+    }
+}
+
+tl_status tli_added_put(tl_ctx *ctx, tli_adder *a, uint32_t patch, uint32_t vert_count,
+                        const double *rows)
+{
+    tl_status st = TL_OK;
+    const tli_plan *plan = a->plan;
+    tli_patch_note *note = &a->model->patches[patch];
+    note->ranges = tl_mem_alloc(ctx, plan->field_count, 2 * sizeof *note->ranges, &st);
+    for (size_t i = 0; !st && i < plan->field_count; i++) {
+        const tli_field *f = &plan->fields[i];
+        double *range = note->ranges + 2 * i;
+        range[0] = range[1] = (double)NAN;
+        for (size_t v = 0; v < vert_count; v++) {
+            const double *row = rows + v * plan->vert_comps + f->first;
+            double value = row[0], sum = 0;
+            for (uint32_t k = 0; f->components > 1 && k < f->components; k++)
+                sum += row[k] * row[k];
+            if (f->components > 1) value = sqrt(sum);
+            if (!isfinite(value)) continue;
+            range[0] = fmin(range[0], value);
+            range[1] = fmax(range[1], value);
+        }
+    }
+    if (!st)
+        st = tli_depot_put(ctx, a->model->meshes, rows,
+                           vert_count * plan->vert_comps * sizeof *rows, &note->ofs);
+    return st;
+}
+
+/* ---- one patch of the finest level ---- */
+
+typedef struct job {
+    tl_ctx *ctx;
+    tli_adder *a;
+    const tli_plan *plan;
+    uint32_t rank, id;
+    tl_patch *patch;
+    uint8_t *matches;
+    size_t match_count;
+    double *rows;    /* [vert_count][vert_comps] */
+    tl_lidx *tet_of; /* [vert_count] */
+    tl_mesh *mesh;
+    tli_errors errors;
+} job;
+
+static const tli_match *match_at(const job *j, size_t i)
+{
+    return (const tli_match *)(const void *)(j->matches + i * tli_match_bytes(j->plan));
+}
+
+/* Each vertex takes the nearest of its originals, rounded. */
+static tl_status take_values(job *j)
+{
+    tl_status st = TL_OK;
+    const size_t n = j->patch->vert_count, k = j->plan->vert_comps;
+    double *nearest = tl_mem_alloc(j->ctx, n, sizeof *nearest, &st);
+    double reach = j->a->head->position_error * (1 + SLACK);
+    for (size_t v = 0; !st && v < n; v++) nearest[v] = (double)INFINITY;
+    for (size_t i = 0; !st && i < j->match_count; i++) {
+        const tli_match *m = match_at(j, i);
+        double x[3], d2 = 0;
+        tl_lattice_xyz(&j->a->head->lattice, j->patch->places[m->local], x);
+        for (int c = 0; c < 3; c++) d2 += (x[c] - m->xyz[c]) * (x[c] - m->xyz[c]);
+        if (d2 >= nearest[m->local]) continue;
+        nearest[m->local] = d2;
+        memcpy(j->rows + m->local * k, m->values, k * sizeof *j->rows);
+    }
+    for (size_t v = 0; !st && v < n; v++) {
+        double x[3];
+        tl_lattice_xyz(&j->a->head->lattice, j->patch->places[v], x);
+        if (!(sqrt(nearest[v]) <= reach))
+            st = tl_fail(j->ctx, TL_ERR_DATA,
+                         "the model has a vertex at %.9g %.9g %.9g, the data set has none there: "
+                         "another mesh",
+                         x[0], x[1], x[2]);
+        for (size_t f = 0; f < j->plan->field_count; f++) {
+            const tli_field *field = &j->plan->fields[f];
+            double *row = j->rows + v * k + field->first;
+            for (uint32_t c = 0; c < field->components; c++)
+                row[c] = tli_field_round(field, row[c]);
+        }
+    }
+    tl_mem_free(j->ctx, nearest);
+    return st;
+}
+
+static tl_status make_mesh(job *j)
+{
+    tl_status st = TL_OK;
+    const tl_patch *p = j->patch;
+    double *xyz = tl_mem_alloc(j->ctx, p->vert_count, 3 * sizeof *xyz, &st);
+    tl_lidx *tets = tl_mem_alloc(j->ctx, p->tet_count, 4 * sizeof *tets, &st);
+    for (size_t v = 0; !st && v < p->vert_count; v++)
+        tl_lattice_xyz(&j->a->head->lattice, p->places[v], xyz + 3 * v);
+    for (size_t t = 0; !st && t < p->tet_count; t++)
+        for (size_t c = 0; c < 4; c++) {
+            tets[4 * t + c] = p->tets[t][c];
+            j->tet_of[p->tets[t][c]] = (tl_lidx)t;
+        }
+    if (st) {
+        tl_mem_free(j->ctx, tets);
+        tl_mem_free(j->ctx, xyz);
+        return st;
+    }
+    st = tli_added_mesh(j->ctx, j->plan, xyz, p->vert_count, tets, p->tet_count, &j->mesh);
+    if (!st) tli_added_values(j->plan, j->rows, j->mesh);
+    return st;
+}
+
+/* The originals that go by way of this patch. */
+static tl_status carry(job *j)
+{
+    tl_status st = TL_OK;
+    tli_patch_note *note = &j->a->model->patches[j->id];
+    tli_carrier carrier = {.ctx = j->ctx,
+                           .plan = j->plan,
+                           .mesh = j->mesh,
+                           .opposite = &j->patch->opposite[0][0],
+                           .errors = &j->errors};
+    tli_dealer dealer = {0};
+    const size_t doubles = tli_record_doubles(j->plan, TLI_POINTS);
+    double *record = tl_mem_alloc(j->ctx, doubles, sizeof *record, &st);
+    note->squares = tl_mem_zalloc(j->ctx, j->plan->field_count, sizeof *note->squares, &st);
+    if (!st)
+        st = tli_dealer_open(j->ctx, j->a->model, j->a->model->carried[0], note, 1, TLI_POINTS,
+                             &dealer);
+    for (size_t i = 0; !st && i < j->match_count; i++) {
+        const tli_match *m = match_at(j, i);
+        double w[4], distance;
+        tl_lidx tet;
+        if (!m->carries) continue;
+        memcpy(record, m->xyz, sizeof m->xyz);
+        memcpy(record + 3, m->values, j->plan->vert_comps * sizeof *record);
+        st = tli_carrier_locate(&carrier, record, j->tet_of[m->local], &tet, w, &distance);
+        if (st) break;
+        tli_carrier_measure(&carrier, TLI_POINTS, record, tet, w, distance, note->squares);
+        st = tli_dealer_add(&dealer, 0, record, tet);
+    }
+    st = tli_dealer_close(&dealer, st);
+    tl_locator_destroy(carrier.locator);
+    tl_mem_free(j->ctx, record);
+    return st;
+}
+
+static tl_status process(tl_ctx *ctx, tli_adder *a, uint32_t rank)
+{
+    job j = {.ctx = ctx, .a = a, .plan = a->plan, .rank = rank, .id = a->finest[rank]};
+    tl_status st = tl_store_topology(ctx, a->store, j.id, &j.patch);
+    if (st) return st;
+    const size_t verts = j.patch->vert_count;
+    j.match_count = (size_t)a->matches.counts[rank];
+    j.matches = tl_mem_alloc(ctx, j.match_count, tli_match_bytes(a->plan), &st);
+    j.rows = tl_mem_alloc(ctx, verts * a->plan->vert_comps, sizeof *j.rows, &st);
+    j.tet_of = tl_mem_alloc(ctx, verts, sizeof *j.tet_of, &st);
+    if (!st) st = tli_bins_read(ctx, &a->matches, rank, j.matches);
+    if (!st) st = tli_errors_create(ctx, a->plan, &j.errors);
+    if (!st) st = take_values(&j);
+    if (!st) st = make_mesh(&j);
+    if (!st) st = carry(&j);
+    if (!st) st = tli_added_put(ctx, a, j.id, j.patch->vert_count, j.rows);
+    if (!st)
+        memcpy(a->leaf_errors + rank * a->plan->field_count, j.errors.max,
+               a->plan->field_count * sizeof *j.errors.max);
+    tli_errors_release(ctx, &j.errors);
+    tl_mesh_destroy(j.mesh);
+    void *blocks[] = {j.tet_of, j.rows, j.matches};
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+    tl_patch_destroy(ctx, j.patch);
+    return st;
+}
+
+static tl_status process_range(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    tli_adder *a = arg;
+    tl_ctx *ctx = NULL;
+    tl_status st = tli_ctx_fork(a->ctx, &ctx);
+    (void)worker;
+    for (size_t i = begin; !st && i < end; i++) st = process(ctx, a, (uint32_t)i);
+    return tli_ctx_join(a->ctx, ctx, st);
+}
+
+tl_status tli_adder_begin(tli_adder *a)
+{
+    tl_status st = TL_OK;
+    const size_t fields = a->plan->field_count;
+    a->leaf_errors = tl_mem_zalloc(a->ctx, a->finest_count * fields, sizeof *a->leaf_errors, &st);
+    if (!st) st = tli_parallel(a->ctx, a->finest_count, 1, process_range, a);
+    for (size_t r = 0; !st && r < a->finest_count; r++)
+        for (size_t f = 0; f < fields; f++)
+            a->plan->fields[f].leaf_error =
+                fmax(a->plan->fields[f].leaf_error, a->leaf_errors[r * fields + f]);
+    return st;
+}
