@@ -278,17 +278,25 @@ static int render(cli_session *session, const cli_volume *volume, request *r)
     return CLI_DONE;
 }
 
-static int run(cli_session *session)
+static int render_file(cli_session *session, request *r)
 {
     cli_volume volume;
-    static request r; /* tables of control points are too large for a stack */
-    int exit_status = check_words(session, &r);
+    int exit_status = check_words(session, r);
     if (!exit_status) exit_status = cli_volume_open(session, session->args.operands[0], &volume);
     if (exit_status) return exit_status;
-    r.mesh = volume.input.mesh;
-    exit_status = render(session, &volume, &r);
-    tl_mem_free(session->ctx, r.lengths);
+    r->mesh = volume.input.mesh;
+    exit_status = render(session, &volume, r);
+    tl_mem_free(session->ctx, r->lengths);
     cli_volume_close(session, &volume);
+    return exit_status;
+}
+
+static int run(cli_session *session)
+{
+    tl_status st = TL_OK;
+    request *r = tl_mem_zalloc(session->ctx, 1, sizeof *r, &st); /* too large for a stack */
+    int exit_status = st ? cli_fail(session, session->ctx, st) : render_file(session, r);
+    tl_mem_free(session->ctx, r);
     return exit_status;
 }
 

@@ -18,39 +18,43 @@ static int wrong(const char *path, const char *what)
     return CLI_FAILED;
 }
 
-/* Numbers in groups of stride under a key; *count groups; false if there are others. */
-static bool read_groups(const json_t *object, const char *key, size_t stride, double *out,
-                        size_t *count)
+/* Number i of a list; NaN if it is none. */
+static double number_of(const json_t *list, size_t i)
 {
-    const json_t *list = json_object_get(object, key);
+    const json_t *number = json_array_get(list, i);
+    return json_is_number(number) ? json_number_value(number) : (double)NAN;
+}
+
+/* Groups of four numbers under a key; false for a list of anything else. */
+static bool count_groups(const json_t *list, size_t *count)
+{
     size_t numbers = json_array_size(list);
-    *count = numbers / stride;
-    if (!list) return true;
-    if (!json_is_array(list) || numbers % stride || *count > CLI_POINTS_MAX) return false;
-    for (size_t i = 0; i < numbers; i++) {
-        const json_t *number = json_array_get(list, i);
-        if (!json_is_number(number)) return false;
-        out[i] = json_number_value(number);
-    }
+    *count = numbers / 4;
+    if (list && (!json_is_array(list) || numbers % 4 || *count > CLI_POINTS_MAX)) return false;
+    for (size_t i = 0; i < numbers; i++)
+        if (!isfinite(number_of(list, i))) return false;
     return true;
 }
 
 static int take(const char *path, const json_t *root, cli_points *points)
 {
-    static double numbers[4 * CLI_POINTS_MAX];
     const json_t *map = json_is_array(root) ? json_array_get(root, 0) : root;
     if (!json_is_object(map))
         return wrong(path, "expected a list of colour maps, as ParaView writes it");
-    if (!read_groups(map, "RGBPoints", 4, numbers, &points->color_count) || !points->color_count)
+    const json_t *colors = json_object_get(map, "RGBPoints");
+    const json_t *opacities = json_object_get(map, "Points");
+    if (!count_groups(colors, &points->color_count) || !points->color_count)
         return wrong(path, "RGBPoints: expected numbers in groups of value, red, green, blue");
-    for (size_t i = 0; i < points->color_count; i++)
-        points->colors[i] = (tl_color_point){
-            numbers[4 * i], {numbers[4 * i + 1], numbers[4 * i + 2], numbers[4 * i + 3]}};
-    if (!read_groups(map, "Points", 4, numbers, &points->opacity_count))
+    if (!count_groups(opacities, &points->opacity_count))
         return wrong(path,
                      "Points: expected numbers in groups of value, opacity, middle, sharpness");
+    for (size_t i = 0; i < points->color_count; i++) {
+        points->colors[i].value = number_of(colors, 4 * i);
+        for (size_t k = 0; k < 3; k++) points->colors[i].rgb[k] = number_of(colors, 4 * i + k + 1);
+    }
     for (size_t i = 0; i < points->opacity_count; i++)
-        points->opacities[i] = (tl_opacity_point){numbers[4 * i], numbers[4 * i + 1]};
+        points->opacities[i] =
+            (tl_opacity_point){number_of(opacities, 4 * i), number_of(opacities, 4 * i + 1)};
     return CLI_DONE;
 }
 
