@@ -43,9 +43,14 @@ typedef struct tl_build_opts {
     bool raw;              /* default false: no entropy coding, for comparison */
     uint32_t segment_tets; /* default 0: the best by measurement, docs/notes */
     uint32_t patch_tets;   /* default 0: likewise */
-    double reduction;      /* part of the tets that a level leaves, 0.25 to 0.75; default 0.5 */
+    double reduction; /* part of the tets that a level leaves, 0.25 to 0.75; default 0: the best
+                         by measurement */
     /* what cuts levels into segments; default: the best by measurement, docs/notes */
     tl_partition partition;
+    /* default false: patches whose refinement stays within channel_error and position_error are
+     * left out, so that the finest mesh has the values of the input but not all of its tets. Not
+     * with lossless */
+    bool prune;
     uint64_t memory_bytes; /* what the work should take, beside a budget of the context; default 0:
                               256 MiB for the input, and segments for each thread */
     const char *folder;    /* for work files, borrowed; default NULL: that of keep or resume, else

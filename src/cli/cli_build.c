@@ -21,6 +21,9 @@ static const cli_option RESULT[] = {
      "what storing may move a vertex by, as a part of the box's diagonal, at most 0.01"},
     {CLI_LOSSLESS, 0, "lossless", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "keep places and values as they are at the finest level"},
+    {CLI_PRUNE, 0, "prune", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "leave out fine tets where coarser ones are within the errors that storing may make: constant "
+     "regions get small, and the finest mesh has fewer tets than the input"},
     {CLI_RAW_LAYOUT, 0, "raw-layout", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "store plain numbers, for comparison"},
 };
@@ -32,8 +35,8 @@ static const cli_option SHAPE[] = {
     {CLI_PARTITION, 0, "partition", CLI_TYPE_CHOICE, "cluster|octree|voronoi", "voronoi", 0, 0,
      "what cuts a level into segments: gathered patches, octrees that are turned from level to "
      "level, or Voronoi cells"},
-    {CLI_REDUCTION, 0, "reduction", CLI_TYPE_REAL, "R", "0.5", 0.25, 0.75,
-     "part of the tets that each level leaves"},
+    {CLI_REDUCTION, 0, "reduction", CLI_TYPE_REAL, "R", "0", 0, 0.75,
+     "part of the tets that each level leaves, 0.25 to 0.75; 0 takes what did best"},
     {CLI_BOUNDARY_ERROR, 0, "boundary-error", CLI_TYPE_AMOUNT, "D[%]", "5%", 0, 100,
      "how far the boundary of the coarsest level may be from the original one, in percent of the "
      "box's diagonal"},
@@ -165,6 +168,7 @@ static int fill_request(const cli_session *session, request *r)
     r->opts.raw = cli_get(session, CLI_RAW_LAYOUT)->given;
     r->opts.segment_tets = (uint32_t)cli_get(session, CLI_SEGMENT_TETS)->count;
     r->opts.patch_tets = (uint32_t)cli_get(session, CLI_PATCH_TETS)->count;
+    r->opts.prune = cli_get(session, CLI_PRUNE)->given;
     r->opts.partition = (tl_partition)cli_get(session, CLI_PARTITION)->choice;
     r->opts.reduction = cli_get(session, CLI_REDUCTION)->real;
     r->opts.memory_bytes = cli_get(session, CLI_MEMORY)->count;

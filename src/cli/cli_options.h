@@ -82,6 +82,7 @@ typedef enum cli_id {
     CLI_SEGMENT_TETS,
     CLI_PATCH_TETS,
     CLI_PARTITION,
+    CLI_PRUNE,
     CLI_REDUCTION,
     CLI_TMP,
     CLI_KEEP_WORK,

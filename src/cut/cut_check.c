@@ -347,10 +347,10 @@ static tl_status measure_finest(tli_prover *p)
     tl_status st = tl_cut_update(p->cut, &query);
     if (!st) st = tl_cut_mesh(p->cut, p->channels, p->channel_count, &mesh);
     if (!st) st = tl_mesh_measure(p->ctx, mesh, &p->finest);
-    if (!st && p->original && tl_mesh_tet_count(p->original) != tl_mesh_tet_count(mesh))
+    if (!st && p->original && tl_mesh_tet_count(p->original) != p->head->input_tets)
         st = tl_fail(p->ctx, TL_ERR_DATA,
-                     "the original has %zu tets, the model was made of %zu: another data set",
-                     tl_mesh_tet_count(p->original), tl_mesh_tet_count(mesh));
+                     "the original has %zu tets, the model was made of %llu: another data set",
+                     tl_mesh_tet_count(p->original), (unsigned long long)p->head->input_tets);
     tl_mesh_destroy(mesh);
     return st;
 }

@@ -64,6 +64,8 @@ typedef struct builder {
     size_t place_capacity;
     uint32_t vert_count; /* vertices told apart so far */
     uint32_t *local;     /* [65,536] vertex for each of a patch */
+    uint32_t *leaves;    /* [leaf_count] patches without producer of the levels so far */
+    size_t leaf_count;
 } builder;
 
 /* ---- decoding, on all threads ---- */
@@ -278,8 +280,30 @@ static tl_status add_other(builder *b, uint32_t face, uint16_t count)
     return st;
 }
 
-/* Counts a level as a whole: its sides are those from first on, its new faces those from
- * first_face on. */
+static void add_sums(tli_proof_sums *to, const tli_proof_sums *from)
+{
+    to->volume += from->volume;
+    to->tets += from->tets;
+    to->inverted += from->inverted;
+    to->flat += from->flat;
+}
+
+/* What a level as a whole has at a face of a side; new faces are those from first_face on. */
+static tl_status note_side(builder *b, uint32_t level, const uint16_t *counts, uint32_t side,
+                           uint32_t first_face)
+{
+    tli_proof *p = b->proof;
+    const uint32_t face = side / 2;
+    p->levels[level].odd_sides += is_odd(counts[face]);
+    if (face >= first_face)
+        p->expected[face] = counts[face];
+    else if (p->expected[face] != counts[face])
+        return add_other(b, face, counts[face]);
+    return TL_OK;
+}
+
+/* Counts a level as a whole: its sides are those from first on and those of leaves of coarser
+ * levels, which stand for what was pruned. */
 static tl_status finish_level(builder *b, uint32_t level, size_t first, uint32_t first_face)
 {
     tli_proof *p = b->proof;
@@ -288,24 +312,20 @@ static tl_status finish_level(builder *b, uint32_t level, size_t first, uint32_t
     uint16_t *counts = tl_mem_zalloc(b->ctx, p->face_count, sizeof *counts, &st);
     p->expected = tl_mem_resize(b->ctx, p->expected, p->face_count, sizeof *p->expected, &st);
     for (size_t i = first; !st && i < p->side_count; i++) count_side(counts, p->sides[i]);
-    for (size_t i = first; !st && i < p->side_count; i++) {
-        const uint32_t face = p->sides[i] / 2;
-        p->levels[level].odd_sides += is_odd(counts[face]);
-        if (face >= first_face)
-            p->expected[face] = counts[face];
-        else if (p->expected[face] != counts[face])
-            st = add_other(b, face, counts[face]);
+    for (size_t l = 0; !st && l < b->leaf_count; l++) {
+        const facts *f = &p->patches[b->leaves[l]];
+        for (size_t i = 0; i < f->side_count; i++) count_side(counts, p->sides[f->first_side + i]);
+    }
+    for (size_t i = first; !st && i < p->side_count; i++)
+        st = note_side(b, level, counts, p->sides[i], first_face);
+    for (size_t l = 0; !st && l < b->leaf_count; l++) {
+        const facts *f = &p->patches[b->leaves[l]];
+        add_sums(&p->levels[level].sums, &f->sums);
+        for (size_t i = 0; !st && i < f->side_count; i++)
+            st = note_side(b, level, counts, p->sides[f->first_side + i], first_face);
     }
     tl_mem_free(b->ctx, counts);
     return st;
-}
-
-static void add_sums(tli_proof_sums *to, const tli_proof_sums *from)
-{
-    to->volume += from->volume;
-    to->tets += from->tets;
-    to->inverted += from->inverted;
-    to->flat += from->flat;
 }
 
 /* The patches ids [count] are all of a level. */
@@ -336,6 +356,7 @@ static tl_status add_levels(builder *b)
     tl_status st = TL_OK;
     size_t count = 0;
     uint32_t *ids = tl_mem_alloc(b->ctx, head->patch_count, sizeof *ids, &st);
+    b->leaves = tl_mem_alloc(b->ctx, head->patch_count, sizeof *b->leaves, &st);
     for (uint32_t level = head->level_count; !st && level-- > 0;) {
         const size_t first = count;
         for (uint32_t p = 0; !st && p < head->patch_count; p++) {
@@ -344,7 +365,13 @@ static tl_status add_levels(builder *b)
             if (!st && info.level == level) ids[count++] = p;
         }
         if (!st) st = add_level(b, level, ids + first, count - first, first);
+        for (size_t i = first; !st && i < count; i++) {
+            tl_patch_info info;
+            st = tl_store_patch(b->ctx, b->store, ids[i], &info);
+            if (!st && info.producer == TL_NONE) b->leaves[b->leaf_count++] = ids[i];
+        }
     }
+    tl_mem_free(b->ctx, b->leaves);
     tl_mem_free(b->ctx, ids);
     return st;
 }

@@ -149,9 +149,13 @@ struct tli_model {
     size_t segment_count, segment_capacity;
     uint32_t level_count;
     uint64_t point_count, cell_count; /* originals of finite place */
+    double leaf_surface;              /* how far leaves that stand for finer ones may be off */
 };
 
 /* ---- model_object.c ---- */
+/* What hangs on a note. */
+void tli_patch_note_release(tl_ctx *ctx, tli_patch_note *note);
+void tli_segment_note_release(tl_ctx *ctx, tli_segment_note *note);
 struct tli_work;
 /* work is borrowed: depots lie in its folder, if it has one. */
 tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, struct tli_work *work,
@@ -305,6 +309,10 @@ void tli_model_saturate(tli_model *model);
 tl_status tli_build_opts_take(tl_ctx *ctx, const tl_build_opts *given, tl_build_opts *opts,
                               tl_segment_opts *segment);
 
+/* ---- model_prune.c ---- */
+/* After saturation. Errors of leaves in plan follow. */
+tl_status tli_model_prune(tli_model *model, tli_plan *plan);
+
 /* ---- model_survey.c ---- */
 typedef struct tli_channel_survey {
     double range[2];  /* of the values, or of their norms */
@@ -335,6 +343,8 @@ tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *s
 tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *opts);
 tl_status tli_plan_create(tl_ctx *ctx, const tl_segments *segments, const tli_survey *survey,
                           const tl_build_opts *opts, tli_plan *plan);
+/* Part of a level's tets that is to be left. */
+double tli_plan_ratio(const tli_plan *plan, uint32_t level);
 void tli_plan_release(tli_plan *plan);
 /* What the build of a data set will need. */
 tli_need tli_plan_need(const tl_build_opts *opts, const tl_segments *segments);

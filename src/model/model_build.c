@@ -28,7 +28,7 @@ static tl_status set_levels(const tli_model *m, tl_build_result *r)
     r->levels = tl_mem_zalloc(m->ctx, m->level_count, sizeof *r->levels, &st);
     if (st) return st;
     r->level_count = m->level_count;
-    r->levels[0].boundary_error = m->plan->position_error;
+    r->levels[0].boundary_error = fmax(m->plan->position_error, m->leaf_surface);
     for (size_t p = 0; p < m->patch_count; p++) {
         tl_build_level *level = &r->levels[m->patches[p].level];
         level->patches++;
@@ -110,6 +110,7 @@ static tl_status build(tl_ctx *ctx, tl_segments **segments, tli_work *work, cons
     *segments = NULL;
     if (!st) st = tli_model_grow(model, &survey, &ended);
     if (!st) tli_model_saturate(model);
+    if (!st && opts->prune && !ended) st = tli_model_prune(model, &plan);
     if (!st) st = set_levels(model, r);
     if (!st && !ended) st = tli_model_write(model, path, &input, &r->bytes);
     r->tets_in = input.tets;

@@ -223,7 +223,8 @@ static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, b
 {
     tl_status st = TL_OK;
     size_t end = m->patch_count, groups = 0, first_segment = m->segment_count;
-    tli_level level = {.model = m, .level = level_number, .ratio = m->plan->opts.reduction};
+    tli_level level = {
+        .model = m, .level = level_number, .ratio = tli_plan_ratio(m->plan, level_number)};
     level_job job = {.level = &level};
     uint32_t *group_of = tl_mem_alloc(m->ctx, end - first, sizeof *group_of, &st);
     if (!st) st = tli_group(m, level_number, first, end, group_of, &groups, &level.locked);

@@ -121,7 +121,7 @@ tl_status tli_model_create(tl_ctx *ctx, const tli_plan *plan, tli_work *work, tl
     return st;
 }
 
-static void release_patch(tl_ctx *ctx, tli_patch_note *p)
+void tli_patch_note_release(tl_ctx *ctx, tli_patch_note *p)
 {
     for (int k = 0; k < TLI_KINDS; k++) tl_mem_free(ctx, p->extents[k].items);
     tl_mem_free(ctx, p->sampling);
@@ -129,15 +129,18 @@ static void release_patch(tl_ctx *ctx, tli_patch_note *p)
     tl_mem_free(ctx, p->ranges);
 }
 
+void tli_segment_note_release(tl_ctx *ctx, tli_segment_note *s)
+{
+    tl_mem_free(ctx, s->inputs);
+    tl_mem_free(ctx, s->outputs);
+    tli_errors_release(ctx, &s->errors);
+}
+
 void tli_model_destroy(tli_model *m)
 {
     if (!m) return;
-    for (size_t i = 0; i < m->patch_count; i++) release_patch(m->ctx, &m->patches[i]);
-    for (size_t i = 0; i < m->segment_count; i++) {
-        tl_mem_free(m->ctx, m->segments[i].inputs);
-        tl_mem_free(m->ctx, m->segments[i].outputs);
-        tli_errors_release(m->ctx, &m->segments[i].errors);
-    }
+    for (size_t i = 0; i < m->patch_count; i++) tli_patch_note_release(m->ctx, &m->patches[i]);
+    for (size_t i = 0; i < m->segment_count; i++) tli_segment_note_release(m->ctx, &m->segments[i]);
     tl_mem_free(m->ctx, m->patches);
     tl_mem_free(m->ctx, m->segments);
     tli_depot_destroy(m->meshes);
@@ -183,7 +186,7 @@ tl_status tli_model_add_segments(tli_model *m, size_t count, size_t *first)
 
 void tli_product_release(tl_ctx *ctx, tli_product *p)
 {
-    for (size_t i = 0; i < p->patch_count; i++) release_patch(ctx, &p->patches[i]);
+    for (size_t i = 0; i < p->patch_count; i++) tli_patch_note_release(ctx, &p->patches[i]);
     tl_mem_free(ctx, p->patches);
     tli_shared_release(ctx, &p->shared);
     tli_errors_release(ctx, &p->errors);

@@ -6,9 +6,12 @@
 #include "model/model.h"
 
 /* Sizes that did best by measurement: docs/notes/2026-11-22-model.md */
-enum { SEGMENT_TETS = 49152, PATCH_TETS = 4096 };
+enum { SEGMENT_TETS = 65536, PATCH_TETS = 4096 };
 /* Part of the memory for a bin of what is sorted in files; where no memory is given; at least. */
 enum { BIN_PART = 16, BIN_BYTES = 16 << 20, BIN_BYTES_MIN = 1 << 20 };
+/* Part of the tets that a level leaves, by measurement, too: below a half the finest level loses
+ * more than simplifying at once would, since what is locked can't go. */
+static const double RATIO_FINEST = 0.5, RATIO = 0.4;
 /* Components that can steer a simplification. */
 enum { COMPONENTS_MAX = 256 };
 /* Channels that the coder has tables for. */
@@ -27,7 +30,6 @@ tl_build_opts tl_build_opts_defaults(void)
                            .channel_error = 1e-4,
                            .position_error = 1e-5,
                            .boundary_error = 0.05,
-                           .reduction = 0.5,
                            .partition = TL_PARTITION_VORONOI};
 }
 
@@ -40,11 +42,13 @@ tl_status tli_build_opts_check(tl_ctx *ctx, const tl_build_opts *o)
                        o->position_error);
     if (!(o->boundary_error >= 0) || !isfinite(o->boundary_error))
         return tl_fail(ctx, TL_ERR_ARG, "boundary error %g, expected 0 or more", o->boundary_error);
+    if (o->prune && o->lossless)
+        return tl_fail(ctx, TL_ERR_ARG, "lossless models keep all tets, so that none is pruned");
     if (o->partition > TL_PARTITION_VORONOI)
         return tl_fail(ctx, TL_ERR_ARG, "partition %d, expected 0 to %d", (int)o->partition,
                        TL_PARTITION_VORONOI);
-    if (!(o->reduction >= 0.25 && o->reduction <= 0.75))
-        return tl_fail(ctx, TL_ERR_ARG, "reduction %g, expected 0.25 to 0.75", o->reduction);
+    if (o->reduction != 0 && !(o->reduction >= 0.25 && o->reduction <= 0.75))
+        return tl_fail(ctx, TL_ERR_ARG, "reduction %g, expected 0 or 0.25 to 0.75", o->reduction);
     return TL_OK;
 }
 
@@ -331,6 +335,11 @@ void tli_plan_release(tli_plan *p)
     tl_mem_free(p->ctx, p->steering);
     tl_mem_free(p->ctx, p->fields);
     p->fields = NULL;
+}
+
+double tli_plan_ratio(const tli_plan *p, uint32_t level)
+{
+    return p->opts.reduction > 0 ? p->opts.reduction : level ? RATIO : RATIO_FINEST;
 }
 
 double tli_field_round(const tli_field *f, double value)

@@ -13,7 +13,7 @@ typedef struct centre {
 } centre;
 
 /* A cell's tets in a mesh are a sliver below that part of a part's size. */
-enum { SLIVER = 8 };
+enum { SLIVER = 4 };
 
 typedef struct split {
     centre *centres;

@@ -83,7 +83,7 @@ static void say_building(words *w, const tl_build_opts *o)
     say(w, "lossless: %d, places %d\nplain numbers: %d\n", o->lossless, o->exact_places, o->raw);
     say(w, "segment tets: %u\npatch tets: %u\nreduction: %.17g\n", o->segment_tets, o->patch_tets,
         o->reduction);
-    say(w, "partition: %d\n", (int)o->partition);
+    say(w, "partition: %d\nprune: %d\n", (int)o->partition, o->prune);
     for (size_t i = 0; i < o->steer_count; i++) say(w, "steering step: %u\n", o->steer[i]);
 }
 
