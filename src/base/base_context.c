@@ -78,10 +78,12 @@ tl_status tl_ctx_create(const tl_ctx_opts *opts, tl_ctx **ctx)
     }
     tl_status st = TL_OK;
     bool locked = pthread_mutex_init(&c->log_mutex, NULL) == 0;
-    if (!locked) st = TL_ERR_THREAD;
+    bool spill_locked = pthread_mutex_init(&c->spill_mutex, NULL) == 0;
+    if (!locked || !spill_locked) st = TL_ERR_THREAD;
     if (!st && c->thread_count > 1) st = tli_pool_create(c, c->thread_count, &c->pool);
     if (st) {
         if (locked) pthread_mutex_destroy(&c->log_mutex);
+        if (spill_locked) pthread_mutex_destroy(&c->spill_mutex);
         o.resize(o.user, c, bytes, 0);
         return st;
     }
@@ -95,6 +97,7 @@ void tl_ctx_destroy(tl_ctx *ctx)
     tli_pool_destroy(ctx, ctx->pool);
     size_t left = atomic_load(&ctx->current_bytes);
     if (left) tl_log(ctx, TL_LOG_WARNING, "%zu bytes were not released before the context", left);
+    pthread_mutex_destroy(&ctx->spill_mutex);
     pthread_mutex_destroy(&ctx->log_mutex);
     ctx->opts.resize(ctx->opts.user, ctx, ctx->own_bytes, 0);
 }
@@ -253,6 +256,7 @@ bool tli_ctx_quiet(tl_ctx *ctx, bool quiet)
 
 tl_status tl_progress(tl_ctx *ctx, const char *stage, uint64_t done, uint64_t total)
 {
+    tli_spill_relax(ctx, 0);
     if (!ctx->opts.progress || ctx->opts.progress(ctx->opts.user, stage, done, total)) return TL_OK;
     return tl_fail(ctx, TL_ERR_CANCELLED, "cancelled during %s, at %llu of %llu", stage,
                    (unsigned long long)done, (unsigned long long)total);

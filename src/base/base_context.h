@@ -17,6 +17,7 @@ typedef struct tli_message {
 } tli_message;
 
 typedef struct tli_pool tli_pool;
+typedef struct tli_spilled tli_spilled;
 
 struct tl_ctx {
     tl_ctx_opts opts; /* resize is never NULL */
@@ -28,9 +29,24 @@ struct tl_ctx {
     bool is_quiet;    /* messages of level info are kept back */
     bool in_parallel; /* a tli_parallel is running; changed by the owner's thread alone */
     _Atomic uint64_t file_fail_in; /* file operations until one fails on purpose; 0: never */
+    /* base_spill.c, of the root alone */
+    const char *spill_folder; /* NULL: nothing is spilled now */
+    pthread_mutex_t spill_mutex;
+    tli_spilled *spilled; /* all spilled blocks */
+    uint64_t spill_asked; /* bytes since pages were given back */
+    double spill_relaxed; /* when that was */
+    _Atomic uint64_t spilled_bytes;
     unsigned thread_count;
     tli_message messages[]; /* [thread_count], one a worker; [0] is the caller's */
 };
+
+/* A block in a working file; NULL with a message in ctx. */
+void *tli_spill_map(tl_ctx *ctx, size_t byte_count);
+void tli_spill_unmap(tl_ctx *ctx, void *block);
+/* Bytes that the block may grow to where it is. */
+size_t tli_spill_room(const void *block);
+/* Gives resident pages of spilled blocks back, after so many more bytes or some time. */
+void tli_spill_relax(tl_ctx *ctx, size_t more);
 
 /* The allocator used when the caller gives none. */
 void *tli_resize_default(void *user, void *block, size_t old_bytes, size_t new_bytes);

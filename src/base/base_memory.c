@@ -3,6 +3,7 @@
  * telling it, and a guard that finds overruns from below and double frees. The only file that calls
  * the system's allocator. */
 #include "base/base_context.h"
+#include "base/base_spill.h"
 
 #include <stdalign.h>
 #include <stdlib.h>
@@ -15,6 +16,8 @@ typedef struct header {
 
 _Static_assert(sizeof(header) == 16, "blocks must stay aligned to 16 bytes");
 
+/* Of a block that lies in a working file. */
+#define GUARD_SPILLED ((uintptr_t)0x5b111ed5a11ce5u)
 #define GUARD_ALIVE ((uintptr_t)0x7e7a10d5a11ce5u)
 
 void *tli_resize_default(void *user, void *block, size_t old_bytes, size_t new_bytes)
@@ -101,8 +104,32 @@ static void *publish(header *h, size_t bytes)
 static header *header_of(void *block)
 {
     header *h = (header *)block - 1;
-    TL_ASSERT(h->guard == (GUARD_ALIVE ^ h->bytes)); /* freed twice, foreign, or written below */
+    /* else freed twice, foreign, or written below */
+    TL_ASSERT(h->guard == (GUARD_ALIVE ^ h->bytes) || h->guard == (GUARD_SPILLED ^ h->bytes));
     return h;
+}
+
+static bool is_spilled(const header *h)
+{
+    return h->guard == (GUARD_SPILLED ^ h->bytes);
+}
+
+static bool spills(const tl_ctx *ctx, size_t bytes)
+{
+    return ctx->root->spill_folder && bytes >= TLI_SPILL_BYTES;
+}
+
+/* A block in a file is zero at first. */
+static void *spill_create(tl_ctx *ctx, size_t bytes, size_t room, tl_status *status)
+{
+    header *h = tli_spill_map(ctx, room);
+    if (!h) {
+        *status = TL_ERR_IO;
+        return NULL;
+    }
+    h->bytes = bytes;
+    h->guard = GUARD_SPILLED ^ bytes;
+    return h + 1;
 }
 
 static void *block_create(tl_ctx *ctx, size_t count, size_t elem_bytes, bool zero,
@@ -111,6 +138,7 @@ static void *block_create(tl_ctx *ctx, size_t count, size_t elem_bytes, bool zer
     size_t bytes;
     if (*status) return NULL;
     if ((*status = block_bytes(ctx, count, elem_bytes, &bytes))) return NULL;
+    if (spills(ctx, bytes)) return spill_create(ctx, bytes, bytes, status);
     if ((*status = reserve(ctx, bytes))) return NULL;
     header *h;
     if (zero && ctx->opts.resize == tli_resize_default) {
@@ -137,6 +165,25 @@ void *tl_mem_zalloc(tl_ctx *ctx, size_t count, size_t elem_bytes, tl_status *sta
     return block_create(ctx, count, elem_bytes, true, status);
 }
 
+/* From memory into a file or back, or within a file. What grows in a file gets room for more: it
+ * may do so by little steps. */
+static void *move(tl_ctx *ctx, header *old, size_t bytes, tl_status *status)
+{
+    if (is_spilled(old) && bytes <= tli_spill_room(old)) {
+        old->bytes = bytes;
+        old->guard = GUARD_SPILLED ^ bytes;
+        return old + 1;
+    }
+    void *moved = spills(ctx, bytes) && bytes < SIZE_MAX / 2
+                      ? spill_create(ctx, bytes, bytes + bytes / 2, status)
+                      : block_create(ctx, bytes - sizeof(header), 1, false, status);
+    if (!moved) return old + 1;
+    size_t kept = (old->bytes < bytes ? old->bytes : bytes) - sizeof(header);
+    memcpy(moved, old + 1, kept);
+    tl_mem_free(ctx, old + 1);
+    return moved;
+}
+
 void *tl_mem_resize(tl_ctx *ctx, void *block, size_t count, size_t elem_bytes, tl_status *status)
 {
     size_t bytes;
@@ -144,6 +191,7 @@ void *tl_mem_resize(tl_ctx *ctx, void *block, size_t count, size_t elem_bytes, t
     if (*status) return block;
     if ((*status = block_bytes(ctx, count, elem_bytes, &bytes))) return block;
     header *old = header_of(block);
+    if (is_spilled(old) || spills(ctx, bytes)) return move(ctx, old, bytes, status);
     size_t old_bytes = old->bytes;
     if (bytes > old_bytes && (*status = reserve(ctx, bytes - old_bytes))) return block;
     header *h = ctx->opts.resize(ctx->opts.user, old, old_bytes, bytes);
@@ -161,6 +209,10 @@ void tl_mem_free(tl_ctx *ctx, void *block)
     if (!block) return;
     header *h = header_of(block);
     size_t bytes = h->bytes;
+    if (is_spilled(h)) {
+        tli_spill_unmap(ctx, h);
+        return;
+    }
     h->guard = 0;
     ctx->opts.resize(ctx->opts.user, h, bytes, 0);
     give_back(ctx, bytes);

@@ -243,6 +243,15 @@ tl_status tli_scratch_map(tl_ctx *ctx, const tli_scratch *s, size_t byte_count,
     return TL_OK;
 }
 
+int tli_scratch_reserve(tli_scratch *s, size_t byte_count, void **map)
+{
+    if (tli_file_fault(s->ctx)) return EIO;
+    int error = posix_fallocate(s->fd, 0, (off_t)byte_count);
+    if (error) return error;
+    *map = mmap(NULL, byte_count, PROT_READ | PROT_WRITE, MAP_SHARED, s->fd, 0);
+    return *map == MAP_FAILED ? errno : 0;
+}
+
 void tli_scratch_unmap(const uint8_t *bytes, size_t byte_count)
 {
     if (bytes && byte_count) munmap((void *)(uintptr_t)bytes, byte_count);

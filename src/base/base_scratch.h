@@ -35,6 +35,9 @@ const char *tli_scratch_folder(const tli_scratch *scratch);
 /* First byte behind all that was written. */
 uint64_t tli_scratch_bytes(const tli_scratch *scratch);
 
+/* Makes the file byte_count bytes long, with room on the disk for all of them, and maps them for
+ * reading and writing: the mapping outlives the file. Returns 0 or an errno value. */
+int tli_scratch_reserve(tli_scratch *scratch, size_t byte_count, void **map);
 /* The first byte_count bytes of the file, mapped for reading. */
 tl_status tli_scratch_map(tl_ctx *ctx, const tli_scratch *scratch, size_t byte_count,
                           const uint8_t **bytes);

@@ -5,6 +5,7 @@
 #include "formats/formats_feeder.h"
 
 #include "base/base_sort.h"
+#include "base/base_spill.h"
 
 #include <math.h>
 #include <stdatomic.h>
@@ -239,19 +240,23 @@ static tl_status open_windowed(tli_feed *feed, const char *path, tli_feeder **fe
     return st;
 }
 
-static tl_status open_whole(tli_feed *feed, const char *path, tli_feeder **feeder)
+/* The mesh lies in working files, where there is a budget: no reader needs to know. */
+static tl_status open_whole(tli_feed *feed, const char *path, const char *folder,
+                            tli_feeder **feeder)
 {
     tl_mesh *mesh = NULL;
     if (feed->has_map) tli_map_close(feed->ctx, &feed->map);
     feed->has_map = false;
+    tli_spill_begin(feed->ctx, folder);
     tl_status st = tl_mesh_read(feed->ctx, path, &feed->opts, &mesh, &feed->report);
+    tli_spill_end(feed->ctx);
     feed->has_report = true;
     if (!st) st = tli_feeder_open_mesh(feed->ctx, mesh, true, feeder);
     if (st) tl_mesh_destroy(mesh);
     return st;
 }
 
-tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
+tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts, const char *folder,
                         uint64_t memory_bytes, tli_feed **feed)
 {
     tli_feeder *feeder = NULL;
@@ -264,7 +269,7 @@ tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
         st = tl_fail(ctx, TL_ERR_ARG, "a structured cell is split into 5 or 6 tets, not %d",
                      (*feed)->opts.split);
     if (!st) st = open_windowed(*feed, path, &feeder);
-    if (!st && !feeder) st = open_whole(*feed, path, &feeder);
+    if (!st && !feeder) st = open_whole(*feed, path, folder, &feeder);
     if (!st) st = prepare_feed(*feed, feeder);
     if (!st) return TL_OK;
     tli_feed_close(*feed);

@@ -21,9 +21,10 @@ typedef struct tli_window {
     const double *xyz;      /* [point_count][3] */
 } tli_window;
 
-/* path: any known file. memory_bytes: about what windows may take; what must be read as a whole may
- * take as much as the budget of the context allows. opts as of tl_mesh_read. Gives *feed. */
-tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
+/* path: any known file. memory_bytes: about what windows may take; what must be read as a whole is
+ * held in working files in folder, if the context has a budget. opts as of tl_mesh_read. Gives
+ * *feed. */
+tl_status tli_feed_open(tl_ctx *ctx, const char *path, const tl_read_opts *opts, const char *folder,
                         uint64_t memory_bytes, tli_feed **feed);
 /* A mesh in memory, borrowed. */
 tl_status tli_feed_of_mesh(tl_ctx *ctx, const tl_mesh *mesh, uint64_t memory_bytes,

@@ -1,6 +1,7 @@
 /* Steps of one mesh as one source. Each step is read as a whole, held against the mesh of the first
  * and spooled to a working file, array by array, so that one step at a time is in memory. */
 #include "base/base_scratch.h"
+#include "base/base_spill.h"
 #include "formats/formats_feeder.h"
 #include "mesh/mesh.h"
 
@@ -198,14 +199,16 @@ static tl_status compare_mesh(series_reader *r, const tl_mesh *mesh, const tl_st
 /* ---- opening ---- */
 
 static tl_status take_step(series_reader *r, const tl_step *step, const tl_read_opts *read,
-                           bool is_first, tl_read_report *report)
+                           const char *folder, bool is_first, tl_read_report *report)
 {
     tl_read_opts opts = *read;
     tl_mesh *mesh = NULL;
     opts.step = step->step;
     opts.has_time = false;
     bool quiet = tli_ctx_quiet(r->feeder.ctx, !is_first); /* what holds of one holds of all */
+    tli_spill_begin(r->feeder.ctx, folder);
     tl_status st = tl_mesh_read(r->feeder.ctx, step->path, &opts, &mesh, is_first ? report : NULL);
+    tli_spill_end(r->feeder.ctx);
     tli_ctx_quiet(r->feeder.ctx, quiet);
     if (!st) st = is_first ? spool_mesh(r, mesh) : compare_mesh(r, mesh, step);
     if (!st) st = spool_channels(r, mesh, step);
@@ -232,7 +235,7 @@ tl_status tli_feeder_open_series(tl_ctx *ctx, const tl_step *steps, size_t step_
         if (i && steps[i].number <= steps[i - 1].number)
             st = tl_fail(ctx, TL_ERR_ARG, "step %u stands behind step %u", steps[i].number,
                          steps[i - 1].number);
-        if (!st) st = take_step(r, &steps[i], opts, i == 0, report);
+        if (!st) st = take_step(r, &steps[i], opts, folder, i == 0, report);
         if (!st) st = tl_progress(ctx, "steps", i + 1, step_count);
     }
     if (st)

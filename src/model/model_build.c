@@ -169,7 +169,8 @@ static tl_status note_memory(tl_ctx *ctx, tl_status st, const tli_source *from,
     enum { LOOK_BYTES = 1 << 20 };
     tli_feed *feed = NULL;
     const char *input = from->step_count ? from->steps->path : from->input;
-    if (!need.tets && input && !tli_feed_open(ctx, input, from->read, LOOK_BYTES, &feed))
+    if (!need.tets && input &&
+        !tli_feed_open(ctx, input, from->read, opts->folder, LOOK_BYTES, &feed))
         need = tli_plan_need_of_feed(opts, feed);
     tli_feed_close(feed);
     if (!need.tets) return st;

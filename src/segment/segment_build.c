@@ -466,7 +466,9 @@ tl_status tl_segments_build(tl_ctx *ctx, const char *input, const tl_read_opts *
     *segments = NULL;
     if (report) *report = (tl_read_report){0};
     tl_status st = check_options(ctx, opts, &b.opts);
-    if (!st) st = tli_feed_open(ctx, input, read, b.opts.memory_bytes / SOURCE_PART, &b.feed);
+    if (!st)
+        st = tli_feed_open(ctx, input, read, b.opts.folder, b.opts.memory_bytes / SOURCE_PART,
+                           &b.feed);
     return build_read(&b, st, input, path, segments, report);
 }
 
