@@ -1,12 +1,14 @@
 /* Graphs to parts by METIS (Karypis and Kumar), as Debian builds it: 32-bit indices, and random
  * numbers from rand(), which is one for the whole process. So calls stand behind a lock, and each
  * starts from the same seed. METIS allocates by itself, outside of the budget; it needs about 250
- * bytes a node. */
+ * bytes a node. While it runs it takes SIGTERM for a failure of its own; the signal waits, for
+ * the caller's handler. */
 #ifdef TETRALOD_METIS
 #include "segment/segment_octree.h"
 
 #include <metis.h>
 #include <pthread.h>
+#include <signal.h>
 
 #define SEED 20071122
 /* Of the largest part over the mean, in thousandths above 1, that METIS accepts. */
@@ -45,12 +47,17 @@ tl_status tli_graph_partition(tl_ctx *ctx, const tli_graph *graph, uint32_t part
     options[METIS_OPTION_UFACTOR] = IMBALANCE;
     idx_t *begins = (idx_t *)graph->begins, *targets = (idx_t *)graph->targets;
     idx_t *edge_weights = (idx_t *)graph->weights, *out = (idx_t *)parts;
+    sigset_t term, before;
+    sigemptyset(&term);
+    sigaddset(&term, SIGTERM);
     pthread_mutex_lock(&rand_lock);
+    pthread_sigmask(SIG_BLOCK, &term, &before);
     int done = part_count <= RECURSIVE_MAX
                    ? METIS_PartGraphRecursive(&nodes, &constraints, begins, targets, weights, NULL,
                                               edge_weights, &wanted, NULL, NULL, options, &cut, out)
                    : METIS_PartGraphKway(&nodes, &constraints, begins, targets, weights, NULL,
                                          edge_weights, &wanted, NULL, NULL, options, &cut, out);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
     pthread_mutex_unlock(&rand_lock);
     tl_mem_free(ctx, weights);
     if (done == METIS_ERROR_MEMORY)
