@@ -98,8 +98,7 @@ tl_status tli_piece_simplify(tl_ctx *ctx, const tli_piece *piece, tli_piece_resu
     tli_work *w = NULL;
     tli_piece_result r = {0};
     *result = r;
-    tl_status st = tli_work_create_piece(ctx, piece->mesh, piece->opts, piece->channel_scales,
-                                         SIZE_MAX, piece, &w);
+    tl_status st = tli_work_create_piece(ctx, piece, &w);
     if (!st) st = run_piece(w, piece, r.costs);
     if (!st) st = tli_pack(w, piece->mesh, piece->opts, piece->channel_scales, &r.mesh, &r.hints);
     if (!st) st = copy_vertices(w, piece, &r);

@@ -228,15 +228,10 @@ static tl_status fill(tli_work *w, const tl_mesh *mesh, const tl_simplify_opts *
     return st;
 }
 
-tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
-                          const double *channel_scales, size_t thin_target, tli_work **work)
-{
-    return tli_work_create_piece(ctx, mesh, opts, channel_scales, thin_target, NULL, work);
-}
-
-tl_status tli_work_create_piece(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
-                                const double *channel_scales, size_t thin_target,
-                                const tli_piece *piece, tli_work **work)
+/* A piece is not thinned, so that thinning never meets quadrics that came in. */
+static tl_status create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
+                        const double *channel_scales, size_t thin_target, const tli_piece *piece,
+                        tli_work **work)
 {
     tl_status st = TL_OK;
     tli_work *w = tl_mem_zalloc(ctx, 1, sizeof *w, &st);
@@ -269,6 +264,17 @@ tl_status tli_work_create_piece(tl_ctx *ctx, const tl_mesh *mesh, const tl_simpl
     }
     *work = w;
     return TL_OK;
+}
+
+tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
+                          const double *channel_scales, size_t thin_target, tli_work **work)
+{
+    return create(ctx, mesh, opts, channel_scales, thin_target, NULL, work);
+}
+
+tl_status tli_work_create_piece(tl_ctx *ctx, const tli_piece *piece, tli_work **work)
+{
+    return create(ctx, piece->mesh, piece->opts, piece->channel_scales, SIZE_MAX, piece, work);
 }
 
 void tli_work_drop_tets(tli_work *w)

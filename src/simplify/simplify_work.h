@@ -143,10 +143,8 @@ typedef struct tli_hood tli_hood;
  */
 tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
                           const double *channel_scales, size_t thin_target, tli_work **work);
-/* The same for a piece of a larger mesh (NULL: none). */
-tl_status tli_work_create_piece(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts *opts,
-                                const double *channel_scales, size_t thin_target,
-                                const tli_piece *piece, tli_work **work);
+/* The same for a piece of a larger mesh, which is not thinned. */
+tl_status tli_work_create_piece(tl_ctx *ctx, const tli_piece *piece, tli_work **work);
 void tli_work_destroy(tli_work *work);
 /* Frees all but the vertices, and their stars with it. */
 void tli_work_drop_tets(tli_work *work);
