@@ -162,17 +162,21 @@ class Builds(unittest.TestCase):
         self.assertEqual(run("build", self.input, "--stop-after", "finest").returncode, 2)
 
     def test_whole_files_under_a_limit(self):
-        """Formats that have no windows: the same model as without a limit, in less memory."""
+        """Formats that have no windows: the same segments as without a limit, which reading alone would pass."""
+        large, limit = os.path.join(self.place, "large.vtu"), 14 << 20
+        self.assertEqual(run("sample", "gaussians", "--size", 45, "-o", large).returncode, 0)
         for name in ("a.vtk", "a.msh"):
             path, found, peaks = os.path.join(self.place, name), [], []
-            self.assertEqual(run("convert", self.input, path).returncode, 0)
-            for words in ((), ("--memory", "16M", "--tmp", self.place)):
-                done = run("build", path, "-o", self.model, *SHAPE, *words, "--json")
+            self.assertEqual(run("convert", large, path).returncode, 0)
+            for words in ((), ("--memory", limit, "--tmp", self.place)):
+                done = run("build", path, "--keep", self.work, "--stop-after", "segment", *words, "--json")
                 self.assertEqual(done.returncode, 0, done.stderr)
-                found.append(read(self.model))
+                found.append(read(os.path.join(self.work, "segments.work")))
                 peaks.append(json.loads(done.stdout)["peak_bytes"])
+                shutil.rmtree(self.work)
             self.assertEqual(found[0], found[1])
-            self.assertLess(peaks[1], peaks[0])
+            self.assertGreater(peaks[0], limit)
+            self.assertLessEqual(peaks[1], limit)
 
     def check_mesh(self, points, tets, channels):
         path = os.path.join(self.place, "hard.vtk")
