@@ -608,6 +608,106 @@ static void every_allocation_fails(void **state)
     fail_alloc_close(&f);
 }
 
+/* A sheet and another one over it, in cells of other sizes. */
+static void covered_by_cells(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = open_ctx(1);
+    const double low[2] = {0, 0}, high[2] = {0.001, 0};
+    soup below = make_sheet(7, place_plane, low), above = make_sheet(5, place_plane, high);
+    tli_surface to = make_surface(ctx, &below), from = make_surface(ctx, &above);
+    uint8_t *taken = calloc(to.triangle_count, 1);
+    size_t gone = 0;
+    for (size_t t = 0; t < from.triangle_count; t++) {
+        double corners[9], reached;
+        for (int i = 0; i < 3; i++)
+            memcpy(corners + 3 * i, tli_surface_corner(&from, t, i), 3 * sizeof *corners);
+        reached = tli_surface_cover(&to, NULL, corners, 0.002);
+        CHECK(reached >= 0.001 - 1e-12 && reached <= 0.002); /* prisms are widened */
+        CHECK(isinf(tli_surface_cover(&to, NULL, corners, 0.0009)));
+        CHECK(isinf(tli_surface_cover(&to, taken, corners, 0.002)));
+    }
+    for (size_t t = 0; t < to.triangle_count; t++) taken[t] = t != to.triangle_count / 2;
+    for (size_t t = 0; t < from.triangle_count; t++) { /* over the hole alone nothing is shown */
+        double corners[9];
+        for (int i = 0; i < 3; i++)
+            memcpy(corners + 3 * i, tli_surface_corner(&from, t, i), 3 * sizeof *corners);
+        gone += isinf(tli_surface_cover(&to, taken, corners, 0.002));
+    }
+    CHECK(gone > 0 && gone < 12);
+    free(taken);
+    tli_surface_release(&from);
+    tli_surface_release(&to);
+    soup_release(&above);
+    soup_release(&below);
+    close_ctx(ctx);
+}
+
+typedef struct dealt {
+    double area[2], corners_off;
+} dealt;
+
+static tl_status count_piece(void *user, const double c[9], uint32_t label)
+{
+    dealt *d = user;
+    double e[3], f[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        e[k] = c[3 + k] - c[k];
+        f[k] = c[6 + k] - c[k];
+    }
+    n[0] = e[1] * f[2] - e[2] * f[1];
+    n[1] = e[2] * f[0] - e[0] * f[2];
+    n[2] = e[0] * f[1] - e[1] * f[0];
+    d->area[label] += sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
+    for (int i = 0; i < 3; i++) /* label 1 lies beyond x = 3/7 */
+        d->corners_off = fmax(d->corners_off, label ? 3.0 / 7 - c[3 * i] : c[3 * i] - 3.0 / 7);
+    return TL_OK;
+}
+
+/* Triangles are cut where labels meet, and nothing is lost. */
+static void dealt_at_borders(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = open_ctx(1);
+    const double low[2] = {0, 0}, high[2] = {0.001, 0};
+    soup below = make_sheet(7, place_plane, low), above = make_sheet(4, place_plane, high);
+    tli_surface to = make_surface(ctx, &below), from = make_surface(ctx, &above);
+    uint32_t *labels = calloc(to.triangle_count, sizeof *labels);
+    uint8_t *borders = calloc(to.triangle_count, 1), *none = calloc(from.triangle_count, 1);
+    for (size_t t = 0; t < to.triangle_count; t++) {
+        double x = 0;
+        for (int i = 0; i < 3; i++) x += tli_surface_corner(&to, t, i)[0] / 3;
+        labels[t] = x > 3.0 / 7;
+        for (int i = 0; i < 3; i++) {
+            double a = tli_surface_corner(&to, t, i)[0];
+            double b = tli_surface_corner(&to, t, (i + 1) % 3)[0];
+            if (fabs(a - 3.0 / 7) < 1e-9 && fabs(b - 3.0 / 7) < 1e-9)
+                borders[t] |= (uint8_t)(1u << i);
+        }
+    }
+    tli_reach reach;
+    dealt d = {{0, 0}, 0};
+    CHECK_OK(ctx, tli_reach_create(ctx, &from, &to, none, 0, &reach));
+    tli_reach_bound(&reach);
+    CHECK_NEAR(reach.bound, 0.001, 2e-4);
+    CHECK(reach.bound >= 0.001 - 1e-12);
+    tli_deal_query deal = {&to, labels, borders, 0, 1000};
+    for (size_t t = 0; t < from.triangle_count; t++)
+        CHECK_OK(ctx, tli_surface_deal(&reach.query, &deal, t, count_piece, &d));
+    CHECK_NEAR(d.area[0], 3.0 / 7, 1e-6);
+    CHECK_NEAR(d.area[1], 4.0 / 7, 1e-6);
+    CHECK_BOUND("beyond the border", d.corners_off, 1e-6);
+    tli_reach_release(&reach);
+    free(none);
+    free(borders);
+    free(labels);
+    tli_surface_release(&from);
+    tli_surface_release(&to);
+    soup_release(&above);
+    soup_release(&below);
+    close_ctx(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -621,6 +721,8 @@ int main(void)
         cmocka_unit_test(over_a_valley),
         cmocka_unit_test(bound_between_samples),
         cmocka_unit_test(bound_of_soups),
+        cmocka_unit_test(covered_by_cells),
+        cmocka_unit_test(dealt_at_borders),
         cmocka_unit_test(sample_counts),
         cmocka_unit_test(empty_surfaces),
         cmocka_unit_test(threads_change_nothing),

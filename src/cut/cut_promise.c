@@ -99,7 +99,7 @@ tl_status tli_prove_promises(tli_prover *p, const tl_mesh *mesh, bool uniform)
     size_t n = p->original->vert_count;
     places at = {0};
     tl_locator *locator = NULL;
-    double reach = tl_cut_get_state(p->cut).boundary_error + p->head->position_error;
+    double reach = tl_cut_get_state(p->cut).boundary_error;
     double slack = SLACK * p->head->stats.diagonal;
     tl_cut_check_result *r = p->result;
     at.tets = tl_mem_alloc(p->ctx, n, sizeof *at.tets, &st);
@@ -130,7 +130,7 @@ tl_status tli_prove_boundary(tli_prover *p, const tl_mesh *mesh, bool uniform)
 {
     tl_cut_check_result *r = p->result;
     tl_compare_result found;
-    double promised = tl_cut_get_state(p->cut).boundary_error + p->head->position_error;
+    double promised = tl_cut_get_state(p->cut).boundary_error;
     double slack = SLACK * p->head->stats.diagonal;
     tl_status st = tl_mesh_compare(p->ctx, p->original, mesh, NULL, &found);
     if (st) return st;

@@ -89,6 +89,7 @@ typedef struct tli_surface {
     double *xyz; /* [vert_count][3] */
     size_t vert_count;
     tl_lidx *triangles; /* [triangle_count][3] */
+    uint32_t *origins;  /* [triangle_count] the triangle that it was */
     size_t triangle_count;
     double area;
     tli_surface_node *nodes; /* level 0 first: child i of node n of level 0 is triangle 4 n + i */
@@ -110,6 +111,12 @@ double tli_surface_nearest(const tli_surface *surface, const double x[3], tl_lid
 double tli_surface_distance2(const tli_surface *surface, tl_lidx triangle, const double x[3]);
 double tli_triangle_distance2(const double a[3], const double b[3], const double c[3],
                               const double x[3]);
+
+/* Lists the triangles whose boxes come within reach of the box of three corners; only those that
+ * are taken [triangle_count], or all (NULL). Returns their number, or more than room if that is not
+ * enough. */
+size_t tli_surface_around(const tli_surface *surface, const uint8_t *taken, const double corners[9],
+                          double reach, tl_lidx *list, size_t room);
 
 /* Corner positions of a triangle. */
 static inline const double *tli_surface_corner(const tli_surface *surface, size_t triangle, int k)
@@ -153,10 +160,52 @@ typedef struct tli_bound_query {
     double tolerance_relative; /* the same, of the largest distance found */
     double rounding;           /* distances up to this are 0: see tli_surface_rounding */
     unsigned split_max;
+    uint64_t *splits_left; /* of all triangles together; NULL: no limit */
 } tli_bound_query;
 /* *found: largest distance found in this triangle, at least query->found; *bound: no point of the
  * triangle is farther than that, at least *found. */
 void tli_surface_bound(const tli_bound_query *query, size_t triangle, double *found, double *bound);
+
+/* Triangles of a surface with labels, and where those meet. */
+typedef struct tli_deal_query {
+    const tli_surface *to;
+    const uint32_t *labels; /* [to->triangle_count] */
+    const uint8_t *borders; /* [to->triangle_count] bit i: the side from corner i to the next one
+                               does not lie between triangles of one label */
+    double least;           /* pieces up to this size are not cut, mesh units */
+    uint64_t splits_left;   /* cuts of all triangles together */
+} tli_deal_query;
+/* Called with the corners of a piece of a triangle. */
+typedef tl_status (*tli_piece_fn)(void *user, const double corners[9], uint32_t label);
+/* Cuts a triangle of query->from where labels meet. What is not cut gets the label of the triangle
+ * that is nearest to its centre. */
+tl_status tli_surface_deal(const tli_bound_query *query, tli_deal_query *deal, size_t triangle,
+                           tli_piece_fn fn, void *user);
+
+/* No point of the triangle is farther from a surface than the result, which is at most most, or
+ * infinite where that was not to be shown. Of the surface those triangles count alone that are
+ * taken [to->triangle_count], or all of them (NULL). measure_cover.c */
+double tli_surface_cover(const tli_surface *to, const uint8_t *taken, const double corners[9],
+                         double most);
+
+/* How far a surface is from another one at most, for one thread (measure_reach.c). */
+typedef struct tli_reach {
+    tl_ctx *ctx;
+    double *distances;
+    tl_lidx *nearest;
+    tli_bound_query query; /* of the arrays above; found: the largest distance found so far */
+    const uint8_t *left_out;
+    uint64_t splits_left;
+    double bound; /* no point looked at is farther, apart from rounding */
+} tli_reach;
+/* Measures the vertices of all triangles but those that are left out [from->triangle_count]. from,
+ * to, which has triangles, and left_out are borrowed. Distances up to gap, mesh units, make no
+ * difference. To be released also after a failure. */
+tl_status tli_reach_create(tl_ctx *ctx, const tli_surface *from, const tli_surface *to,
+                           const uint8_t *left_out, double gap, tli_reach *reach);
+/* The bound: within gap or a tenth of query.found, which it raises. */
+void tli_reach_bound(tli_reach *reach);
+void tli_reach_release(tli_reach *reach);
 
 /* ---- isosurfaces (measure_iso.c) ---- */
 

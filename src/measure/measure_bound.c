@@ -9,11 +9,12 @@
  * where two triangles that are nearest to different corners are equally far, as in a valley; else
  * it is halved. */
 #include <math.h>
+#include <string.h>
 
 #include "base/base_vec.h"
 #include "measure/measure.h"
 
-enum { STACK_MAX = 128, CUT_PIECES_MAX = 3 };
+enum { STACK_MAX = 128, CUT_PIECES_MAX = 3, DEAL_SPLITS_MAX = 32, BORDERS_MAX = 64 };
 
 /* No point of a triangle is farther from the nearest corner than this times the longest side. */
 static const double CORNER_REACH = 0.57735026918962576451;
@@ -198,19 +199,26 @@ static int cut(const tli_bound_query *query, const piece *p, tl_lidx centre,
     return halve(query, p, centre, parts);
 }
 
+/* A triangle as one piece. */
+static piece whole(const tli_bound_query *query, size_t triangle)
+{
+    piece p;
+    for (int i = 0; i < 3; i++) {
+        tl_lidx v = query->from->triangles[3 * triangle + (size_t)i];
+        for (int k = 0; k < 3; k++) p.corners[i].x[k] = query->from->xyz[3 * (size_t)v + (size_t)k];
+        p.corners[i].distance = query->distances[v];
+        p.corners[i].nearest = query->nearest[v];
+    }
+    return p;
+}
+
 void tli_surface_bound(const tli_bound_query *query, size_t triangle, double *found, double *bound)
 {
     piece stack[STACK_MAX];
     int depth = 1;
     unsigned splits = 0;
     double largest = query->found, above = 0;
-    for (int i = 0; i < 3; i++) {
-        piece_corner *c = &stack[0].corners[i];
-        tl_lidx v = query->from->triangles[3 * triangle + (size_t)i];
-        for (int k = 0; k < 3; k++) c->x[k] = query->from->xyz[3 * (size_t)v + (size_t)k];
-        c->distance = query->distances[v];
-        c->nearest = query->nearest[v];
-    }
+    stack[0] = whole(query, triangle);
     while (depth > 0) {
         piece p = stack[--depth], parts[CUT_PIECES_MAX];
         tl_lidx centre;
@@ -218,12 +226,14 @@ void tli_surface_bound(const tli_bound_query *query, size_t triangle, double *fo
         double gap = fmax(query->tolerance, query->tolerance_relative * largest);
         if (!(reach > largest)) continue;
         if (reach <= largest + gap || splits == query->split_max ||
+            (query->splits_left && *query->splits_left == 0) ||
             depth + CUT_PIECES_MAX > STACK_MAX) {
             above = fmax(above, reach);
             continue;
         }
         int count = cut(query, &p, centre, parts);
         splits++;
+        if (query->splits_left) --*query->splits_left;
         for (int n = 0; n < count; n++) {
             stack[depth++] = parts[n];
             for (int i = 0; i < 3; i++) largest = fmax(largest, parts[n].corners[i].distance);
@@ -231,4 +241,99 @@ void tli_surface_bound(const tli_bound_query *query, size_t triangle, double *fo
     }
     *found = largest;
     *bound = fmax(above, largest);
+}
+
+/* ---- dealing ---- */
+
+/* Sides of a triangle behind which another label begins, as in tli_deal_query. */
+static bool is_border(const tli_deal_query *deal, tl_lidx triangle, int side)
+{
+    return deal->borders[triangle] >> side & 1;
+}
+
+/* Does the piece, which the plane on a side cuts at height 0, meet it beside the side itself? */
+static bool meets_side(const tli_surface *surface, tl_lidx triangle, int side, const piece *p,
+                       const double heights[3])
+{
+    double e[3], d[3], least = (double)INFINITY, most = (double)-INFINITY;
+    const double *from = tli_surface_corner(surface, triangle, side);
+    vec_sub(tli_surface_corner(surface, triangle, (side + 1) % 3), from, e);
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        if ((heights[i] > 0) == (heights[j] > 0)) continue;
+        double t = heights[i] / (heights[i] - heights[j]);
+        for (int k = 0; k < 3; k++)
+            d[k] = p->corners[i].x[k] + t * (p->corners[j].x[k] - p->corners[i].x[k]) - from[k];
+        least = fmin(least, vec_dot(d, e));
+        most = fmax(most, vec_dot(d, e));
+    }
+    return most > 0 && least < vec_dot(e, e);
+}
+
+/* Where the piece crosses a border. Among more triangles than the list holds it goes uncut. */
+static bool find_border(const tli_deal_query *deal, const piece *p, double heights[3])
+{
+    tl_lidx list[BORDERS_MAX];
+    const tli_surface *to = deal->to;
+    double slack = CUT_SLACK * side_length(p, longest_side(p)), corners[9], reach = slack;
+    for (int i = 0; i < 3; i++) {
+        memcpy(corners + 3 * i, p->corners[i].x, sizeof p->corners[i].x);
+        reach = fmax(reach, p->corners[i].distance);
+    }
+    size_t count = tli_surface_around(to, deal->borders, corners, reach, list, BORDERS_MAX);
+    for (size_t n = 0; n < count && count <= BORDERS_MAX; n++)
+        for (int side = 0; side < 3; side++) {
+            double h[3];
+            if (!is_border(deal, list[n], side)) continue;
+            if (!side_heights(to, list[n], side, p, h)) continue;
+            for (int j = 0; j < 3; j++) heights[j] = fabs(h[j]) <= slack ? 0 : h[j];
+            bool crosses =
+                fmax(h[0], fmax(h[1], h[2])) > slack && fmin(h[0], fmin(h[1], h[2])) < -slack;
+            if (crosses && meets_side(to, list[n], side, p, heights)) return true;
+        }
+    return false;
+}
+
+/* The label that a piece gets, or that it has to be cut first: *count parts. */
+static uint32_t label_of(const tli_bound_query *query, const tli_deal_query *deal, const piece *p,
+                         piece parts[CUT_PIECES_MAX], int *count)
+{
+    double centre[3], heights[3];
+    tl_lidx nearest = p->corners[0].nearest;
+    *count = 0;
+    if (nearest == p->corners[1].nearest && nearest == p->corners[2].nearest)
+        return deal->labels[nearest];
+    for (int k = 0; k < 3; k++)
+        centre[k] = (p->corners[0].x[k] + p->corners[1].x[k] + p->corners[2].x[k]) / 3;
+    tli_surface_nearest(query->to, centre, nearest, &nearest);
+    if (side_length(p, longest_side(p)) > deal->least && find_border(deal, p, heights))
+        *count = cut_at_plane(query, p, heights, nearest, parts);
+    return deal->labels[nearest];
+}
+
+tl_status tli_surface_deal(const tli_bound_query *query, tli_deal_query *deal, size_t triangle,
+                           tli_piece_fn fn, void *user)
+{
+    piece stack[STACK_MAX];
+    int depth = 1;
+    unsigned splits = 0;
+    tl_status st = TL_OK;
+    stack[0] = whole(query, triangle);
+    while (!st && depth > 0) {
+        piece p = stack[--depth], parts[CUT_PIECES_MAX];
+        int count;
+        uint32_t label = label_of(query, deal, &p, parts, &count);
+        if (count == 0 || splits == DEAL_SPLITS_MAX || deal->splits_left == 0 ||
+            depth + CUT_PIECES_MAX > STACK_MAX) {
+            double corners[9];
+            for (int i = 0; i < 3; i++)
+                memcpy(corners + 3 * i, p.corners[i].x, sizeof p.corners[i].x);
+            st = fn(user, corners, label);
+            continue;
+        }
+        splits++;
+        deal->splits_left--;
+        for (int n = 0; n < count; n++) stack[depth++] = parts[n];
+    }
+    return st;
 }

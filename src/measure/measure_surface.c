@@ -187,6 +187,7 @@ tl_status tli_surface_create(tl_ctx *ctx, const double *xyz, size_t vert_count,
     tl_status st = TL_OK;
     *surface = (tli_surface){.ctx = ctx, .triangle_count = triangle_count};
     uint32_t *order = tl_mem_alloc(ctx, triangle_count, sizeof *order, &st);
+    surface->origins = order;
     tl_lidx *new_of = tl_mem_alloc(ctx, vert_count, sizeof *new_of, &st);
     surface->triangles = tl_mem_alloc(ctx, triangle_count, 3 * sizeof *triangles, &st);
     size_t xyz_count = vert_count / 3 < triangle_count ? vert_count : 3 * triangle_count;
@@ -200,7 +201,6 @@ tl_status tli_surface_create(tl_ctx *ctx, const double *xyz, size_t vert_count,
     }
     if (!st) st = build_tree(ctx, surface);
     tl_mem_free(ctx, new_of);
-    tl_mem_free(ctx, order);
     return st;
 }
 
@@ -208,6 +208,7 @@ void tli_surface_release(tli_surface *surface)
 {
     if (!surface->ctx) return;
     tl_mem_free(surface->ctx, surface->nodes);
+    tl_mem_free(surface->ctx, surface->origins);
     tl_mem_free(surface->ctx, surface->triangles);
     tl_mem_free(surface->ctx, surface->xyz);
     *surface = (tli_surface){0};
@@ -274,4 +275,44 @@ double tli_surface_nearest(const tli_surface *surface, const double x[3], tl_lid
         }
     }
     return best;
+}
+
+/* ---- around ---- */
+
+static unsigned meets(const tli_surface_node *node, const double lo[3], const double hi[3])
+{
+    unsigned hits = 0;
+    for (unsigned j = 0; j < FAN; j++) {
+        bool hit = true;
+        for (int k = 0; k < 3; k++) hit = hit && node->lo[k][j] <= hi[k] && node->hi[k][j] >= lo[k];
+        hits |= (unsigned)hit << j;
+    }
+    return hits;
+}
+
+size_t tli_surface_around(const tli_surface *surface, const uint8_t *taken, const double corners[9],
+                          double reach, tl_lidx *list, size_t room)
+{
+    tree_entry stack[STACK_MAX];
+    int depth = 0;
+    size_t count = 0;
+    double lo[3], hi[3];
+    for (int k = 0; k < 3; k++) {
+        lo[k] = fmin(corners[k], fmin(corners[3 + k], corners[6 + k])) - reach;
+        hi[k] = fmax(corners[k], fmax(corners[3 + k], corners[6 + k])) + reach;
+    }
+    if (surface->level_count > 0) stack[depth++] = (tree_entry){0, 0, surface->level_count - 1};
+    while (depth > 0 && count <= room) {
+        tree_entry top = stack[--depth];
+        unsigned hits = meets(&surface->nodes[surface->level_ofs[top.level] + top.index], lo, hi);
+        for (unsigned j = 0; j < FAN; j++) {
+            size_t child = FAN * top.index + j;
+            if (!(hits >> j & 1)) continue;
+            if (top.level > 0)
+                stack[depth++] = (tree_entry){0, child, top.level - 1};
+            else if ((!taken || taken[child]) && ++count <= room)
+                list[count - 1] = (tl_lidx)child;
+        }
+    }
+    return count;
 }

@@ -64,10 +64,12 @@ typedef struct tli_plan {
 } tli_plan;
 
 /* A record of a carried original vertex or centroid: doubles x y z, [volume,] values ..., and the
- * tet of its patch that holds it in the last one's bits. */
-enum { TLI_POINTS = 0, TLI_CELLS = 1, TLI_KINDS = 2 };
+ * tet of its patch that holds it in the last one's bits. Of a piece of the original boundary: three
+ * corners, and one that says nothing. */
+enum { TLI_POINTS = 0, TLI_CELLS = 1, TLI_FACES = 2, TLI_KINDS = 3, TLI_FACE_DOUBLES = 10 };
 static inline size_t tli_record_doubles(const tli_plan *plan, int kind)
 {
+    if (kind == TLI_FACES) return TLI_FACE_DOUBLES;
     return kind == TLI_POINTS ? 4 + plan->vert_comps : 5 + plan->tet_comps;
 }
 
@@ -85,6 +87,7 @@ typedef struct tli_bundle {
     int16_t *steps;     /* [vert_count] */
     uint8_t *shared;    /* [vert_count] other patches hold it, too */
     uint8_t *twins;     /* [vert_count] not 0: others lie at the same place, and it never moves */
+    uint8_t *outer;     /* [tet_count] bit f: face f is boundary of the whole */
     void *block;
     size_t bytes;
 } tli_bundle;
@@ -111,6 +114,7 @@ typedef struct tli_patch_note {
     uint64_t carried;
     double *squares; /* [field_count] sums of squared errors at the carried originals */
     double *ranges;  /* [field_count][2] */
+    double spread;   /* how far what stands for the original boundary is from it, mesh units */
     tli_extents extents[TLI_KINDS];
     uint32_t cell;          /* that it was cut by, or TL_NONE */
     tli_sampling *sampling; /* where patches are cut by cells, until the next level's are known */
@@ -150,6 +154,7 @@ struct tli_model {
     uint32_t level_count;
     uint64_t point_count, cell_count; /* originals of finite place */
     double leaf_surface;              /* how far leaves that stand for finer ones may be off */
+    double finest_surface;            /* how far the finest boundary is from the original one */
 };
 
 /* ---- model_object.c ---- */
@@ -197,6 +202,7 @@ typedef struct tli_level {
     tli_locked locked;
     double cost_max;
     double boundary_error; /* of this level's result, mesh units */
+    double surface_before; /* largest error of the boundary at the level before, mesh units */
     double ratio;          /* of tets that are to be left, where no cost rules */
     tli_cells *cells;      /* that cut what is made, or NULL */
 } tli_level;
@@ -218,6 +224,7 @@ typedef struct tli_weld {
     uint64_t *ids;
     int16_t *steps;
     float *quadrics, *surface;
+    uint8_t *outer;  /* [tet_count] bit f: face f is boundary of the whole */
     uint8_t *locked; /* other segments hold it, too, or others lie at its place */
     uint8_t *twins;
     float *shares;      /* 1 / segments that hold it; at the finest level alone */
@@ -243,6 +250,7 @@ typedef struct tli_cut {
     const float *quadrics, *surface;
     const uint8_t *twins;
     const uint8_t *outside; /* other segments hold it, too; NULL: none */
+    const uint8_t *outer;   /* [tet_count] bit f: face f is boundary of the whole */
     const uint32_t *part;   /* [tet_count] */
     size_t part_count;
     tl_lidx *tet_local; /* [tet_count] receives the tet's number in its part */

@@ -28,7 +28,7 @@ static tl_status set_levels(const tli_model *m, tl_build_result *r)
     r->levels = tl_mem_zalloc(m->ctx, m->level_count, sizeof *r->levels, &st);
     if (st) return st;
     r->level_count = m->level_count;
-    r->levels[0].boundary_error = fmax(m->plan->position_error, m->leaf_surface);
+    r->levels[0].boundary_error = fmax(m->finest_surface, m->leaf_surface);
     for (size_t p = 0; p < m->patch_count; p++) {
         tl_build_level *level = &r->levels[m->patches[p].level];
         level->patches++;
@@ -130,7 +130,7 @@ tl_status tli_build_opts_take(tl_ctx *ctx, const tl_build_opts *given, tl_build_
     *segment = tl_segment_opts_defaults();
     if (!opts->folder) opts->folder = opts->resume ? opts->resume : opts->keep;
     segment->folder = opts->folder;
-    segment->adjacency = false;
+    segment->adjacency = true;
     if (opts->memory_bytes) segment->memory_bytes = opts->memory_bytes / SEGMENT_PART;
     if (segment->memory_bytes < TL_SEGMENT_MEMORY_MIN)
         segment->memory_bytes = TL_SEGMENT_MEMORY_MIN;

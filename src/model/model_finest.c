@@ -61,6 +61,7 @@ typedef struct job {
     tl_segment segment;
     tl_mesh *mesh;
     tl_lidx *opposite, *tet_of, *tet_local;
+    uint8_t *outer; /* [tet_count] bit f: face f is boundary of the whole */
     uint32_t *part;
     tli_product *product;
     uint64_t *carried; /* [TLI_KINDS] */
@@ -95,6 +96,7 @@ static tl_status write_patches(job *j)
                    .surface = surface,
                    .twins = twins,
                    .outside = outside,
+                   .outer = j->outer,
                    .part = j->part,
                    .part_count = p->patch_count,
                    .tet_local = j->tet_local};
@@ -103,6 +105,27 @@ static tl_status write_patches(job *j)
     tl_mem_free(j->ctx, twins);
     tl_mem_free(j->ctx, surface);
     tl_mem_free(j->ctx, steps);
+    return st;
+}
+
+/* Faces of the segment, and which of them are boundary of the whole. */
+static tl_status match_faces(job *j)
+{
+    tl_status st = TL_OK;
+    const tl_segment *s = &j->segment;
+    j->opposite = tl_mem_alloc(j->ctx, s->tet_count, 4 * sizeof *j->opposite, &st);
+    j->outer = tl_mem_zalloc(j->ctx, s->tet_count, 1, &st);
+    for (size_t t = 0; !st && t < s->tet_count; t++) {
+        const uint16_t *q = s->tets + 4 * t;
+        bool faceless = q[0] == q[1] || q[0] == q[2] || q[0] == q[3] || q[1] == q[2] ||
+                        q[1] == q[3] || q[2] == q[3];
+        for (size_t f = 0; f < 4; f++) {
+            uint32_t o = s->opposites[4 * t + f];
+            bool here = o != TL_OPPOSITE_NONE && o >> 18 == 0;
+            j->opposite[4 * t + f] = here ? o : TL_NONE;
+            if (o == TL_OPPOSITE_NONE && !faceless) j->outer[t] |= (uint8_t)(1u << f);
+        }
+    }
     return st;
 }
 
@@ -173,6 +196,36 @@ static tl_status carry(job *j, int kind)
     return st;
 }
 
+/* The triangles of the original boundary, and how far the mesh's own is from them: a point of a
+ * triangle moves no farther than the corners do. */
+static tl_status carry_boundary(job *j)
+{
+    const tl_segment *s = &j->segment;
+    tli_model *model = j->finest->model;
+    tli_dealer dealer = {0};
+    double farthest = 0;
+    tl_status st = tli_dealer_open(j->ctx, model, model->carried[0], j->product->patches,
+                                   j->product->patch_count, TLI_FACES, &dealer);
+    for (size_t t = 0; !st && t < s->tet_count; t++)
+        for (unsigned f = 0; !st && j->outer[t] && f < 4; f++) {
+            double record[TLI_FACE_DOUBLES] = {0};
+            if (!(j->outer[t] >> f & 1)) continue;
+            for (size_t i = 0; i < 3; i++) {
+                size_t v = s->tets[4 * t + tli_tet_faces[f][i]];
+                double d2 = 0;
+                memcpy(record + 3 * i, s->xyz + 3 * v, 3 * sizeof *record);
+                for (size_t k = 0; k < 3; k++) {
+                    double d = j->mesh->xyz[3 * v + k] - s->xyz[3 * v + k];
+                    d2 += d * d;
+                }
+                farthest = fmax(farthest, sqrt(d2));
+            }
+            st = tli_dealer_add(&dealer, j->part[t], record, 0);
+        }
+    j->product->errors.surface = fmax(j->product->errors.surface, farthest);
+    return tli_dealer_close(&dealer, st);
+}
+
 /* ---- all segments ---- */
 
 static tl_status process(tl_ctx *ctx, tli_finest *f, uint32_t segment, tli_product *product,
@@ -185,15 +238,16 @@ static tl_status process(tl_ctx *ctx, tli_finest *f, uint32_t segment, tli_produ
     if (st) return st;
     st = tli_errors_create(ctx, j.plan, &product->errors);
     if (!st) st = make_mesh(ctx, f, &j.segment, &j.mesh);
+    if (!st) st = match_faces(&j);
     if (!st) st = write_patches(&j);
     if (!st) st = tli_seam_put(ctx, f->model->seam_files[0], &product->shared, &product->seam);
-    if (!st) st = tl_mesh_adjacency(ctx, j.mesh, &j.opposite, NULL);
     j.tet_of = tl_mem_alloc(ctx, j.segment.vert_count, sizeof *j.tet_of, &st);
     for (size_t v = 0; !st && v < j.segment.vert_count; v++) j.tet_of[v] = TL_NONE;
     for (size_t i = 0; !st && i < 4 * (size_t)j.segment.tet_count; i++)
         j.tet_of[j.segment.tets[i]] = (tl_lidx)(i / 4);
-    for (int kind = 0; !st && kind < TLI_KINDS; kind++) st = carry(&j, kind);
-    void *blocks[] = {j.part, j.tet_local, j.tet_of, j.opposite};
+    for (int kind = 0; !st && kind <= TLI_CELLS; kind++) st = carry(&j, kind);
+    if (!st) st = carry_boundary(&j);
+    void *blocks[] = {j.part, j.tet_local, j.tet_of, j.opposite, j.outer};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
     tl_mesh_destroy(j.mesh);
     tl_segment_release(ctx, &j.segment);
@@ -232,6 +286,7 @@ static tl_status note(tli_model *m, tli_plan *plan, tli_product *p)
     }
     for (size_t i = 0; i < plan->field_count; i++)
         plan->fields[i].leaf_error = fmax(plan->fields[i].leaf_error, p->errors.max[i]);
+    m->finest_surface = fmax(m->finest_surface, p->errors.surface);
     p->patch_count = 0; /* what hangs on the patches went along */
     tli_product_release(m->ctx, p);
     return TL_OK;

@@ -182,6 +182,16 @@ static tl_status note_product(tli_model *m, size_t segment, tli_product *p)
     return TL_OK;
 }
 
+/* The largest error of the boundary at the level before. */
+static double surface_before(const tli_model *m, uint32_t level)
+{
+    double largest = m->finest_surface;
+    for (size_t s = 0; s < m->segment_count; s++)
+        if (m->segments[s].level + 1 == level)
+            largest = fmax(largest, m->segments[s].errors.surface);
+    return largest;
+}
+
 /* The segments of a level and what they make, with a bound on the boundary that grows where it
  * keeps the level from being worth having; *more tells whether it is. */
 static tl_status process_all(level_job *j, bool *more)
@@ -225,6 +235,7 @@ static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, b
     size_t end = m->patch_count, groups = 0, first_segment = m->segment_count;
     tli_level level = {
         .model = m, .level = level_number, .ratio = tli_plan_ratio(m->plan, level_number)};
+    level.surface_before = surface_before(m, level_number);
     level_job job = {.level = &level};
     uint32_t *group_of = tl_mem_alloc(m->ctx, end - first, sizeof *group_of, &st);
     if (!st) st = tli_group(m, level_number, first, end, group_of, &groups, &level.locked);

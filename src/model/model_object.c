@@ -22,7 +22,8 @@ tl_status tli_bundle_create(tl_ctx *ctx, const tli_plan *plan, uint32_t vert_cou
                       n * sizeof(float),
                       n * sizeof(int16_t),
                       n,
-                      n};
+                      n,
+                      m};
     enum { COUNT = sizeof sizes / sizeof *sizes };
     size_t bytes = 0;
     tl_status st = TL_OK;
@@ -43,6 +44,7 @@ tl_status tli_bundle_create(tl_ctx *ctx, const tli_plan *plan, uint32_t vert_cou
     bundle->steps = (void *)at[8];
     bundle->shared = at[9];
     bundle->twins = at[10];
+    bundle->outer = at[11];
     return TL_OK;
 }
 

@@ -102,7 +102,7 @@ static tl_status work(void *arg, size_t begin, size_t end, unsigned worker)
         }
         st = tli_depot_get(r->ctx, r->from, r->places[i], w->records,
                            w->count * r->doubles * sizeof *w->records);
-        if (!st) st = pass->work(pass->user, w, worker);
+        if (!st && pass->work) st = pass->work(pass->user, w, worker);
     }
     return st;
 }

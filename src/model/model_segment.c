@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "model/model.h"
+#include "model/model_boundary.h"
 
 /* Part of its tets that every segment keeps, whatever the costs say: a patch needs a face. */
 static const double LEAST_LEFT = 0.1;
@@ -25,6 +26,7 @@ typedef struct job {
     tl_lidx *tet_local;
     tli_carrier carrier;
     tli_errors *errors; /* one a thread */
+    tli_boundary boundary;
     tli_dealer dealer;
     tli_product *product;
     int kind;
@@ -218,7 +220,7 @@ static tl_status set_values(job *j)
     j->volumes = tl_mem_zalloc(j->ctx, mesh->tet_count, sizeof *j->volumes, &st);
     if (!st) st = tli_fit_create(j->ctx, mesh, j->plan->vert_comps, &j->fit);
     if (!st) copy_values(j, false);
-    for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
+    for (j->kind = 0; !st && j->kind <= TLI_CELLS; j->kind++) {
         st = tli_tape_open(j->ctx, model->tapes, &j->tets[j->kind]);
         if (!st) st = tli_records_read(j->ctx, model, from, j->segment, j->kind, &pass);
     }
@@ -312,7 +314,7 @@ static tl_status deal(job *j)
                            .user = j,
                            .sum_count = j->product->patch_count * j->plan->field_count};
     st = open_errors(j);
-    for (j->kind = 0; !st && j->kind < TLI_KINDS; j->kind++) {
+    for (j->kind = 0; !st && j->kind <= TLI_CELLS; j->kind++) {
         st = tli_tape_rewind(&j->tets[j->kind]);
         if (st) break;
         st = tli_dealer_open(j->ctx, model, to, j->product->patches, j->product->patch_count,
@@ -324,12 +326,35 @@ static tl_status deal(job *j)
     return st;
 }
 
-/* What the collapses say of the boundary. */
-static void note_surface(job *j)
+/* What stands for the original boundary goes to the new patches. */
+static tl_status deal_boundary(job *j)
 {
-    for (size_t v = 0; v < j->piece.mesh->vert_count; v++)
-        j->product->errors.surface =
-            fmax(j->product->errors.surface, (double)j->piece.surface_bounds[v]);
+    tl_status st = TL_OK;
+    tli_model *model = j->level->model;
+    for (size_t p = 0; p < j->product->patch_count; p++)
+        j->product->patches[p].spread = j->boundary.spread_after;
+    st = tli_dealer_open(j->ctx, model, model->carried[(j->level->level + 1) & 1],
+                         j->product->patches, j->product->patch_count, TLI_FACES, &j->dealer);
+    if (!st) st = tli_boundary_deal(&j->boundary, j->part, &j->dealer);
+    return tli_dealer_close(&j->dealer, st);
+}
+
+/* How far the boundary is off: what was measured or what the collapses say, whichever is less.
+ * Interfaces are not measured, so that at their vertices the collapses have the say. */
+static tl_status measure_boundary(job *j)
+{
+    double says = 0;
+    size_t n = j->piece.mesh->vert_count;
+    tl_status st = tli_boundary_measure(j->ctx, j->level, j->segment, &j->weld, &j->piece,
+                                        j->opposite, &j->boundary);
+    if (st) return st;
+    for (size_t v = 0; v < n; v++) says = fmax(says, (double)j->piece.surface_bounds[v]);
+    if (says < j->boundary.error) j->boundary.error = says;
+    j->product->errors.surface = j->boundary.error;
+    float most = nextafterf((float)j->boundary.error, INFINITY);
+    for (size_t v = 0; !j->plan->has_regions && v < n; v++)
+        if (most < j->piece.surface_bounds[v]) j->piece.surface_bounds[v] = most;
+    return TL_OK;
 }
 
 /* Parts of the new mesh: pieces of the cells of the next partition, or of itself. */
@@ -377,6 +402,7 @@ static tl_status write_patches(job *j)
                    .surface = j->piece.surface_bounds,
                    .twins = twins,
                    .outside = outside,
+                   .outer = j->boundary.outer,
                    .part = j->part,
                    .part_count = p->patch_count,
                    .tet_local = j->tet_local};
@@ -398,6 +424,7 @@ static void release_job(job *j)
     void *blocks[] = {j->tet_local, j->part, j->volumes, j->sums, j->mesh_values, j->opposite};
     for (int k = 0; k < TLI_KINDS; k++) tli_tape_close(&j->tets[k]);
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+    tli_boundary_release(&j->boundary);
     tli_piece_release(ctx, &j->piece);
     tli_weld_release(ctx, &j->weld);
 }
@@ -426,12 +453,13 @@ tl_status tli_segment_process(tl_ctx *ctx, const tli_level *level, const tli_seg
     if (!st) st = tl_mesh_adjacency(ctx, j.piece.mesh, &j.opposite, NULL);
     if (!st)
         st = tli_carrier_open(ctx, j.plan, j.piece.mesh, j.opposite, &product->errors, &j.carrier);
-    if (!st) note_surface(&j);
+    if (!st) st = measure_boundary(&j);
     if (!st) st = set_values(&j);
     if (!st) st = write_patches(&j);
     if (!st)
         st = tli_seam_put(ctx, level->model->seam_files[(level->level + 1) & 1], &product->shared,
                           &product->seam);
+    if (!st) st = deal_boundary(&j);
     if (!st) st = deal(&j);
     if (!st) product->output_tets = j.piece.mesh->tet_count;
     release_job(&j);

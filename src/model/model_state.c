@@ -89,6 +89,7 @@ typedef struct model_head {
     tl_lattice lattice;
     double position_error;
     uint64_t patch_count, segment_count, seam_count, point_count, cell_count;
+    double finest_surface;
     uint64_t ends[5]; /* of the depots */
     uint32_t level_count, zero;
 } model_head;
@@ -114,6 +115,7 @@ static tl_status put_model(pen *p, const tli_model *m)
     head.segment_count = m->segment_count;
     head.seam_count = m->seams.count;
     head.point_count = m->point_count;
+    head.finest_surface = m->finest_surface;
     head.cell_count = m->cell_count;
     head.level_count = m->level_count;
     list_depots(m, depots);
@@ -296,6 +298,7 @@ tl_status tli_work_load_model(tli_work *w, tli_plan *plan, tli_model *m)
     plan->lattice = head.lattice;
     plan->position_error = head.position_error;
     m->point_count = head.point_count;
+    m->finest_surface = head.finest_surface;
     m->cell_count = head.cell_count;
     m->level_count = head.level_count;
     list_depots(m, depots);

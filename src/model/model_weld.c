@@ -117,6 +117,7 @@ static void weld_tets(welder *w, const tli_bundle *b, const tl_lidx *numbers)
     for (size_t t = 0; t < b->tet_count; t++) {
         size_t n = w->tet_count++;
         for (size_t i = 0; i < 4; i++) w->tets[4 * n + i] = numbers[b->tets[4 * t + i]];
+        w->weld->outer[n] = b->outer[t];
         if (w->regions) w->regions[n] = b->regions[t];
         for (size_t i = 0; i < w->plan->field_count; i++) {
             const tli_field *f = &w->plan->fields[i];
@@ -165,6 +166,7 @@ static tl_status open_welder(welder *w, const tli_level *level, const tli_segmen
     to->surface = tl_mem_alloc(ctx, verts, sizeof *to->surface, &st);
     to->locked = tl_mem_alloc(ctx, verts, sizeof *to->locked, &st);
     to->twins = tl_mem_alloc(ctx, verts, sizeof *to->twins, &st);
+    to->outer = tl_mem_alloc(ctx, tets, sizeof *to->outer, &st);
     to->tet_base = tl_mem_alloc(ctx, segment->input_count, sizeof *to->tet_base, &st);
     w->xyz = tl_mem_alloc(ctx, verts, 3 * sizeof *w->xyz, &st);
     w->tets = tl_mem_alloc(ctx, tets, 4 * sizeof *w->tets, &st);
@@ -225,8 +227,8 @@ tl_status tli_weld_create(tl_ctx *ctx, const tli_level *level, const tli_segment
 void tli_weld_release(tl_ctx *ctx, tli_weld *weld)
 {
     tl_mesh_destroy(weld->mesh);
-    void *blocks[] = {weld->ids,    weld->steps, weld->quadrics, weld->surface,
-                      weld->locked, weld->twins, weld->shares,   weld->tet_base};
+    void *blocks[] = {weld->ids,   weld->steps,  weld->quadrics, weld->surface, weld->locked,
+                      weld->twins, weld->shares, weld->tet_base, weld->outer};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
     *weld = (tli_weld){0};
 }
@@ -316,6 +318,7 @@ static void copy_tets(const cutter *c, size_t part, tli_bundle *b)
     for (size_t t = 0; t < b->tet_count; t++) {
         size_t from = c->tets[c->starts[part] + t];
         c->cut->tet_local[from] = (tl_lidx)t;
+        b->outer[t] = c->cut->outer[from];
         for (size_t i = 0; i < 4; i++) b->tets[4 * t + i] = c->local[mesh->tets[4 * from + i]];
         if (b->regions) b->regions[t] = mesh->regions[from];
         for (size_t i = 0; i < plan->field_count; i++) {

@@ -254,7 +254,7 @@ static void fill_levels(writer *w)
         w->levels[l] =
             (tl_store_level){.verts = TL_STORE_UNKNOWN, .max_error = w->level_errors + l * n};
     for (size_t i = 0; i < n; i++) w->level_errors[i] = w->plan->fields[i].leaf_error;
-    w->levels[0].boundary_error = fmax(w->plan->position_error, m->leaf_surface);
+    w->levels[0].boundary_error = fmax(m->finest_surface, m->leaf_surface);
     for (size_t p = 0; p < m->patch_count; p++) {
         w->levels[m->patches[p].level].patch_count++;
         w->levels[m->patches[p].level].tets += m->patches[p].tet_count;
