@@ -1,6 +1,7 @@
 """Models of several time steps on the command line: a Gaussian that moves over a mesh that does not, and real series."""
 
 import importlib.util
+import itertools
 import json
 import os
 import shutil
@@ -77,8 +78,37 @@ def read_vtu(path):
     return points, found.pop("connectivity").reshape(-1, 4), found
 
 
+def nearest_on_edges(p, x):
+    """Weights of the nearest points of the six edges of each tet to x: [6][tets][4]."""
+    found = []
+    for a, b in itertools.combinations(range(4), 2):
+        edge = p[:, b] - p[:, a]
+        t = np.clip(np.einsum("ij,ij->i", x - p[:, a], edge) / np.einsum("ij,ij->i", edge, edge), 0, 1)
+        w = np.zeros((len(p), 4))
+        w[:, a], w[:, b] = 1 - t, t
+        found.append(w)
+    return found
+
+
+def nearest_on_faces(p, x):
+    """Weights of the feet of x on the planes of the four faces of each tet, where they lie on the face: [4][tets][4]."""
+    found = []
+    for a, b, c in itertools.combinations(range(4), 3):
+        u, v, d = p[:, b] - p[:, a], p[:, c] - p[:, a], x - p[:, a]
+        uu, uv, vv = (np.einsum("ij,ij->i", i, j) for i, j in ((u, u), (u, v), (v, v)))
+        du, dv = np.einsum("ij,ij->i", d, u), np.einsum("ij,ij->i", d, v)
+        det = uu * vv - uv * uv
+        s, t = (vv * du - uv * dv) / det, (uu * dv - uv * du) / det
+        w = np.zeros((len(p), 4))
+        w[:, a], w[:, b], w[:, c] = 1 - s - t, s, t
+        w[(w < 0).any(axis=1)] = [1, 0, 0, 0]
+        found.append(w)
+    return found
+
+
 def errors_at(points, originals, mesh, values, reach):
-    """By brute force: the least error of each original vertex among the tets with a point within reach of it."""
+    """By brute force: the least error of each original vertex at points of the tets within reach; where none of the cheap ones is, at
+    the nearest ones of faces and edges."""
     corners, tets = mesh
     p = corners[tets]
     inverse = np.linalg.inv((p[:, 1:] - p[:, :1]).transpose(0, 2, 1))
@@ -87,11 +117,16 @@ def errors_at(points, originals, mesh, values, reach):
     errors = np.empty(len(points))
     for v, x in enumerate(points):
         tail = np.einsum("tij,tj->ti", inverse, x - p[:, 0])
-        w = np.clip(np.concatenate([1 - tail.sum(axis=1, keepdims=True), tail], axis=1), 0, None)
-        w /= w.sum(axis=1, keepdims=True)
-        near = np.linalg.norm(np.einsum("ti,tij->tj", w, p) - x, axis=1) <= reach
-        assert near.any(), f"vertex {v} is outside"
-        errors[v] = np.linalg.norm(np.einsum("ti,tij->tj", w[near], field[near]) - originals[v], axis=1).min()
+        inside = np.clip(np.concatenate([1 - tail.sum(axis=1, keepdims=True), tail], axis=1), 0, None)
+        inside /= inside.sum(axis=1, keepdims=True)
+        least = np.inf
+        for places in (lambda: [inside], lambda: nearest_on_faces(p, x) + nearest_on_edges(p, x)):
+            for w in places() if least == np.inf else []:
+                near = np.linalg.norm(np.einsum("ti,tij->tj", w, p) - x, axis=1) <= reach
+                if near.any():
+                    least = min(least, np.linalg.norm(np.einsum("ti,tij->tj", w[near], field[near]) - originals[v], axis=1).min())
+        assert np.isfinite(least), f"vertex {v} is outside"
+        errors[v] = least
     return errors
 
 
