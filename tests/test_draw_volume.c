@@ -207,6 +207,71 @@ static void same_for_all_threads(void **state)
 }
 
 /* Values and places that are none, tets that are no manifold: a picture comes out all the same. */
+/* White fog in a cube of a size, a power of two. */
+static tl_image *draw_cube(tl_ctx *ctx, double size, bool parallel)
+{
+    static const tl_color_point white = {0, {1, 1, 1}};
+    static const tl_opacity_point opacities[] = {{0, 0.1}, {1, 0.9}};
+    make_mesh m = make_grid(9);
+    tl_camera camera = along_z(parallel);
+    tl_transfer *t = NULL;
+    double *values = malloc(m.vert_count * sizeof *values);
+    tl_volume *volume = NULL;
+    tl_image *image = NULL;
+    tl_mesh *mesh = NULL;
+    for (size_t v = 0; v < m.vert_count; v++) values[v] = m.xyz[3 * v + 2];
+    for (size_t i = 0; i < 3 * m.vert_count; i++) m.xyz[i] *= size;
+    for (int k = 0; k < 3; k++) camera.position[k] *= size;
+    for (int k = 0; k < 3; k++) camera.focal_point[k] *= size;
+    camera.parallel_scale *= size;
+    CHECK_OK(ctx, tl_transfer_create(ctx, &white, 1, opacities, 2, size, &t));
+    CHECK_OK(ctx, tl_mesh_create(ctx, m.xyz, m.vert_count, m.tets, m.tet_count, &mesh));
+    CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
+    CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
+    for (size_t p = 0; p < SIDE * SIDE; p++) image->depth[p] = (float)(2.7 * size);
+    CHECK_OK(ctx, tl_draw_volume(ctx, volume, values, t, &camera, NULL, image));
+    tl_volume_destroy(ctx, volume);
+    tl_mesh_destroy(mesh);
+    tl_transfer_destroy(ctx, t);
+    free(values);
+    make_release(&m);
+    return image;
+}
+
+/* From nanometres to galaxies: products of two lengths leave the range of float32. */
+static void meshes_of_any_size(void **state)
+{
+    (void)state;
+    static const double sizes[] = {0x1p-80, 0x1p-30, 0x1p40, 0x1p80};
+    tl_ctx *ctx = context(2);
+    for (int parallel = 0; parallel < 2; parallel++) {
+        tl_image *unit = draw_cube(ctx, 1, parallel);
+        CHECK(middle(unit) > 0.1);
+        for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+            tl_image *image = draw_cube(ctx, sizes[i], parallel);
+            CHECK(memcmp(image->rgba, unit->rgba, sizeof(float) * 4 * SIDE * SIDE) == 0);
+            tl_image_destroy(ctx, image);
+        }
+        tl_image_destroy(ctx, unit);
+    }
+    tl_ctx_destroy(ctx);
+}
+
+static void empty_meshes_show_nothing(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = context(2);
+    make_mesh m = make_room(3, 0);
+    tl_camera camera = along_z(false);
+    tl_transfer *t = fog(ctx, 0, 1, 1, 1);
+    tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+    for (size_t i = 0; i < (size_t)SIDE * SIDE * 4; i++) CHECK(image->rgba[i] == 0);
+    tl_image_destroy(ctx, image);
+    tl_transfer_destroy(ctx, t);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
 static void hostile_meshes(void **state)
 {
     (void)state;
@@ -268,6 +333,7 @@ int main(void)
         cmocka_unit_test(fog_has_its_depth),  cmocka_unit_test(linear_fields_are_exact),
         cmocka_unit_test(cavities_are_empty), cmocka_unit_test(same_for_all_threads),
         cmocka_unit_test(hostile_meshes),     cmocka_unit_test(transfer_functions),
+        cmocka_unit_test(meshes_of_any_size), cmocka_unit_test(empty_meshes_show_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,9 +8,11 @@
 /* ---- the camera ---- */
 
 /* Places on the picture: x grows to the right, y upwards, both in pixels from its middle and, of a
- * perspective view, times z; z is the distance along the view. */
+ * perspective view, times z; z is the distance along the view. Lengths are in units of the frame,
+ * so that products of two stay in the range of float32 however large or small the mesh is. */
 typedef struct tli_frame {
     double origin[3], right[3], up[3], forward[3];
+    double unit;      /* mesh units, a power of two: about the distance of what is looked at */
     double scale;     /* pixels of a unit length (perspective: at z = 1) */
     bool parallel;    /* x and y are pixels for any z */
     double middle[2]; /* pixel coordinates, from the upper left corner, of x = y = 0 */

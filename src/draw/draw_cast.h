@@ -7,16 +7,15 @@
 /* What rays of a picture share. */
 typedef struct tli_cast {
     const tli_cell *cells;
-    size_t cell_count;
     const tli_vert *verts;
     const tl_transfer *transfer;
-    double scale; /* of the frame */
+    double scale, unit; /* of the frame */
     bool parallel;
     float opacity_end, step_depth;
 } tli_cast;
 
 /* A ray: its pixel, from the middle, y upwards; the doors that it comes in by, nearest first; the
- * depth it goes to; what it has seen is put in front of rgba. */
+ * depth it goes to, in units of the frame; what it has seen is put in front of rgba. */
 typedef struct tli_ray {
     float px, py, depth;
     const tli_door_hit *doors;

@@ -29,6 +29,9 @@ static const float SAME_DEPTH = 1e-5F;
 /* Values nearer than this, in steps of the transfer function, are one. */
 static const float SAME_VALUE = 0.05F;
 static const int PARTS_MAX = 256;
+/* Steps without getting farther, as around a vertex, after which a ray goes in circles: between
+ * inverted tets, or where a place is not finite. */
+static const int STALLED_MAX = 4096;
 
 /* Rays on their way. */
 typedef struct lanes {
@@ -36,11 +39,11 @@ typedef struct lanes {
     reals areas[3];               /* [i] opposite to corner i */
     masks verts[3];
     reals px, py;
-    reals depth, value;  /* where it was passed, and the value there in steps */
-    float end[LANES];    /* depth the ray goes to */
-    float length[LANES]; /* of the ray by depth */
-    tl_lidx at[LANES];   /* face the ray comes in by: 4 * tet + face */
-    size_t steps[LANES];
+    reals depth, value;         /* where it was passed, and the value there in steps */
+    float end[LANES];           /* depth the ray goes to */
+    float length[LANES];        /* of the ray by depth, mesh units */
+    tl_lidx at[LANES];          /* face the ray comes in by: 4 * tet + face */
+    int stalled[LANES];         /* steps since the ray last got farther */
     sums sums[LANES];           /* of the transfer function at value */
     four light[LANES];          /* gathered colour and opacity */
     const tli_ray *rays[LANES]; /* NULL: the lane rests */
@@ -204,7 +207,7 @@ static bool enter(const tli_cast *cast, lanes *l, int i, tl_lidx door)
     l->value[i] = value / sum;
     l->sums[i] = sums_at(cast->transfer, l->value[i]);
     l->at[i] = door;
-    l->steps[i] = 0;
+    l->stalled[i] = 0;
     return true;
 }
 
@@ -234,7 +237,7 @@ static void take_ray(const tli_cast *cast, lanes *l, int i, const tli_ray **next
         l->px[i] = ray->px;
         l->py[i] = ray->py;
         l->end[i] = ray->depth;
-        l->length[i] = cast->parallel ? 1 : sqrtf(1 + x * x + y * y);
+        l->length[i] = (float)cast->unit * (cast->parallel ? 1 : sqrtf(1 + x * x + y * y));
         l->light[i] = spread(0);
         l->depth[i] = -INFINITY;
         if (go_on(cast, l, i)) return;
@@ -337,11 +340,12 @@ void TLI_CAST_NAME(const tli_cast *cast, const tli_ray *rays, size_t ray_count)
         for (int i = 0; i < LANES; i++) {
             if (!l.rays[i]) continue;
             see(cast, &l, i, depth[i], value[i]);
+            l.stalled[i] = depth[i] > l.depth[i] ? 0 : l.stalled[i] + 1;
             l.depth[i] = depth[i] > l.depth[i] ? depth[i] : l.depth[i];
             l.value[i] = value[i];
             l.at[i] = behind(&cast->cells[l.at[i] / 4], (tl_lidx)lost[i]);
             bool done = l.depth[i] >= l.end[i] || l.light[i][3] >= cast->opacity_end ||
-                        ++l.steps[i] > cast->cell_count;
+                        l.stalled[i] > STALLED_MAX;
             if (done || (l.at[i] == TL_NONE && !go_on(cast, &l, i))) {
                 finish(&l, i);
                 take_ray(cast, &l, i, &next, end);

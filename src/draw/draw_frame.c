@@ -11,6 +11,8 @@ static const double PI = 3.14159265358979323846;
 static const double ASIDE[2] = {0.00137, 0.00071};
 /* View angle of a first look, degrees, as VTK's. */
 static const double FIT_ANGLE = 30;
+/* Binary exponents of a frame's unit: it and its inverse are normal numbers. */
+enum { UNIT_EXPONENT_MAX = 1000 };
 
 static bool normalize(double a[3])
 {
@@ -36,6 +38,10 @@ tl_status tli_frame_set(tl_ctx *ctx, const tl_camera *camera, const tl_image *im
                        camera->view_angle);
     memcpy(f.origin, camera->position, sizeof f.origin);
     vec_sub(camera->focal_point, camera->position, f.forward);
+    int exponent;
+    frexp(f.parallel ? camera->parallel_scale : vec_length(f.forward), &exponent);
+    exponent = exponent > UNIT_EXPONENT_MAX ? UNIT_EXPONENT_MAX : exponent;
+    f.unit = ldexp(1, exponent < -UNIT_EXPONENT_MAX ? -UNIT_EXPONENT_MAX : exponent);
     if (!normalize(f.forward))
         return tl_fail(ctx, TL_ERR_ARG, "the camera's position is its focal point");
     vec_cross(f.forward, camera->view_up, f.right);
@@ -43,7 +49,7 @@ tl_status tli_frame_set(tl_ctx *ctx, const tl_camera *camera, const tl_image *im
         return tl_fail(ctx, TL_ERR_ARG, "the camera's view-up points along its view");
     vec_cross(f.right, f.forward, f.up);
     double half = f.parallel ? camera->parallel_scale : tan(camera->view_angle * PI / 360);
-    f.scale = image->height / (2 * half);
+    f.scale = image->height / (2 * half) * (f.parallel ? f.unit : 1);
     f.middle[0] = image->width / 2.0 + ASIDE[0];
     f.middle[1] = image->height / 2.0 + ASIDE[1];
     *frame = f;
@@ -54,6 +60,7 @@ void tli_frame_place(const tli_frame *frame, const double xyz[3], double out[3])
 {
     double from[3];
     vec_sub(xyz, frame->origin, from);
+    for (int k = 0; k < 3; k++) from[k] /= frame->unit;
     out[0] = vec_dot(from, frame->right) * frame->scale;
     out[1] = vec_dot(from, frame->up) * frame->scale;
     out[2] = vec_dot(from, frame->forward);

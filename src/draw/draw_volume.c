@@ -124,12 +124,12 @@ static void draw_tile(const picture *p, size_t tile, const tli_door_hit *hits, s
         for (end = i + 1; end < count && hits[end].pixel == hits[i].pixel;) end++;
         rays[ray_count++] = (tli_ray){(float)(column + 0.5 - p->frame->middle[0]),
                                       (float)(p->frame->middle[1] - row - 0.5),
-                                      p->image->depth[at],
+                                      (float)((double)p->image->depth[at] / p->frame->unit),
                                       hits + i,
                                       end - i,
                                       p->image->rgba + 4 * at};
     }
-    p->follow(&p->cast, rays, ray_count);
+    if (ray_count) p->follow(&p->cast, rays, ray_count);
 }
 
 static tl_status draw_tiles(void *arg, size_t begin, size_t end, unsigned worker)
@@ -166,9 +166,9 @@ tl_status tl_draw_volume(tl_ctx *ctx, const tl_volume *volume, const double *sca
     if (!st) st = tli_frame_set(ctx, camera, image, &frame);
     if (st) return st;
     p.cast = (tli_cast){.cells = volume->cells,
-                        .cell_count = volume->cell_count,
                         .transfer = transfer,
                         .scale = frame.scale,
+                        .unit = frame.unit,
                         .parallel = frame.parallel,
                         .opacity_end = (float)own.opacity_end,
                         .step_depth = (float)own.step_depth};
