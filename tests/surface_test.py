@@ -125,6 +125,33 @@ class Surface(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertAlmostEqual(json.loads(done.stdout)["area"], 4, delta=1e-9)
 
+    def test_names_that_a_ply_has(self):
+        """Properties of a .ply differ, also where channels are called like coordinates or nearly the same."""
+        cells = vtk.vtkUnstructuredGrid()
+        points = vtk.vtkPoints()
+        for place in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)):
+            points.InsertNextPoint(place)
+        cells.SetPoints(points)
+        cells.InsertNextCell(vtk.VTK_TETRA, 4, (0, 1, 2, 3))
+        for name, components in (("x", 1), ("a b", 1), ("a-b", 1), ("v", 3), ("v_0", 1)):
+            values = vtk.vtkDoubleArray()
+            values.SetName(name)
+            values.SetNumberOfComponents(components)
+            for i in range(4):
+                values.InsertNextTuple([float(i)] * components)
+            cells.GetPointData().AddArray(values)
+        writer = vtk.vtkXMLUnstructuredGridWriter()
+        writer.SetInputData(cells)
+        writer.SetFileName(self.path("names.vtu"))
+        writer.Write()
+        done = run("surface", self.path("names.vtu"), "-o", self.path("names.ply"), "--value", "x=0.5")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.path("names.ply"), "rb") as f:
+            head = f.read().split(b"end_header")[0].decode().splitlines()
+        found = [line.split()[-1] for line in head if line.startswith("property")]
+        self.assertEqual(len(found), len(set(found)), found)
+        self.assertEqual(found[6:], ["channel0", "a_b", "channel2", "v_0", "v_1", "v_2", "channel4", "vertex_indices"])
+
     def test_wrong_use(self):
         for words, text in ((["-o", "s.ply"], "say --value"), (["--value", "1"], "-o OUT is missing"),
                             (["-o", "s.ply", "--value", "heat=1"], "no channel 'heat'"),

@@ -2,7 +2,37 @@
  * lines as edges. */
 #include "formats/formats_write_poly.h"
 
+#include <stdio.h>
+#include <string.h>
+
 enum { NAME_BYTES = 64, COUNT_BYTES = 1 };
+
+/* True if name is that of a component of a vector called vector. */
+static bool is_component(const char *name, const char *vector)
+{
+    size_t length = strlen(vector);
+    return strncmp(name, vector, length) == 0 && name[length] == '_' && name[length + 1] &&
+           strspn(name + length + 1, "0123456789") == strlen(name + length + 1);
+}
+
+/* The properties of a channel are called like it, unless something before them is. */
+static void name_channel(const tl_polydata *p, size_t c, char name[NAME_BYTES])
+{
+    static const char *const FIXED[] = {"", "x", "y", "z", "nx", "ny", "nz"};
+    const tl_channel *channels = p->channels;
+    bool taken = false;
+    tli_plain_name(channels[c].name, name, NAME_BYTES);
+    for (size_t i = 0; i < sizeof FIXED / sizeof *FIXED; i++)
+        taken = taken || strcmp(name, FIXED[i]) == 0;
+    for (size_t i = 0; i < c && !taken; i++) {
+        char other[NAME_BYTES];
+        tli_plain_name(channels[i].name, other, sizeof other);
+        taken = strcmp(name, other) == 0 ||
+                (channels[i].components > 1 && is_component(name, other)) ||
+                (channels[c].components > 1 && is_component(other, name));
+    }
+    if (taken) snprintf(name, NAME_BYTES, "channel%zu", c);
+}
 
 static tl_status put_head(const tli_poly_out *out)
 {
@@ -20,7 +50,7 @@ static tl_status put_head(const tli_poly_out *out)
         char name[NAME_BYTES];
         const tl_channel *channel = &p->channels[c];
         const char *type = tli_is_single(channel) ? "float" : "double";
-        tli_plain_name(channel->name, name, sizeof name);
+        name_channel(p, c, name);
         for (uint32_t k = 0; !st && k < channel->components; k++)
             st = channel->components == 1
                      ? tli_sink_printf(out->sink, "property %s %s\n", type, name)

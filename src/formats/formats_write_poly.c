@@ -98,7 +98,7 @@ void tli_plain_name(const char *name, char *plain, size_t length)
 static void measure(tli_poly_out *out)
 {
     const tl_polydata *p = out->poly;
-    double largest = 0, square = 0;
+    double square = 0;
     for (int k = 0; k < 6; k++) out->bounds[k] = 0;
     for (size_t v = 0; v < p->vert_count; v++)
         for (int k = 0; k < 3; k++) {
@@ -106,9 +106,9 @@ static void measure(tli_poly_out *out)
             if (!v || x < out->bounds[2 * k]) out->bounds[2 * k] = x;
             if (!v || x > out->bounds[2 * k + 1]) out->bounds[2 * k + 1] = x;
         }
-    for (int k = 0; k < 6; k++) largest = fmax(largest, fabs(out->bounds[k]));
+    for (int k = 0; k < 6; k++) out->largest = fmax(out->largest, fabs(out->bounds[k]));
     for (int k = 0; k < 3; k++) square += pow(out->bounds[2 * k + 1] - out->bounds[2 * k], 2);
-    out->float_places = largest * FLOAT_ROUNDING <= FLOAT_ERROR * sqrt(square);
+    out->float_places = out->largest * FLOAT_ROUNDING <= FLOAT_ERROR * sqrt(square);
     out->corner_count = p->kind == TL_POLY_TRIANGLES ? 3 * (uint64_t)p->cell_count
                         : p->kind == TL_POLY_LINES   ? p->starts[p->cell_count]
                                                      : 0;
@@ -128,8 +128,7 @@ static void say_left_out(const tli_poly_out *out, const writer *w, const char *p
                path, w->ending);
     if (!out->float_places && w->write == tli_write_stl)
         tl_log(out->ctx, TL_LOG_INFO, "'%s': positions are rounded by up to %.3g", path,
-               FLOAT_ROUNDING *
-                   fmax(fabs(out->bounds[0]), fmax(fabs(out->bounds[3]), fabs(out->bounds[5]))));
+               FLOAT_ROUNDING * out->largest);
 }
 
 tl_status tl_polydata_write(tl_ctx *ctx, const tl_polydata *polydata, const char *path)

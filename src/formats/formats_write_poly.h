@@ -11,6 +11,7 @@ typedef struct tli_poly_out {
     tli_sink *sink;
     const tl_polydata *poly;
     double bounds[6];      /* of the vertices: x0, x1, y0, y1, z0, z1 */
+    double largest;        /* coordinate, without its sign */
     bool float_places;     /* float32 is exact enough for positions */
     uint64_t corner_count; /* numbers in poly->corners */
 } tli_poly_out;
