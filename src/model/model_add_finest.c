@@ -143,7 +143,7 @@ static tl_status take_values(job *j)
                          "the model has a vertex at %.9g %.9g %.9g, the data set has none there: "
                          "another mesh",
                          x[0], x[1], x[2]);
-        for (size_t f = 0; f < j->plan->field_count; f++) {
+        for (size_t f = 0; !st && f < j->plan->field_count; f++) {
             const tli_field *field = &j->plan->fields[f];
             double *row = j->rows + v * k + field->first;
             for (uint32_t c = 0; c < field->components; c++)

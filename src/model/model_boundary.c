@@ -19,10 +19,10 @@ static const double FLAT = 2e-7;
 /* Pieces this small, relative to the error here or to the largest of the level before, are not cut.
  */
 static const double UNCUT = 0.2;
-/* Cuts of a segment beside two for each triangle; triangles for each new one at which none
- * is cut any more. */
 /* Part of the sides with more than two triangles from which on nothing is measured. */
 static const double WILD = 0.1;
+/* Cuts of a segment beside two for each triangle; triangles for each new one at which none is cut
+ * any more. */
 enum { CUTS_MIN = 256, FINE_ENOUGH = 1024 };
 
 /* ---- faces where the segment was cut out ---- */

@@ -12,6 +12,8 @@ enum { ROUNDS = 24, LLOYD_ROUNDS = 14 };
 static const double DAMPING = 0.25;
 /* Least part of a shape's largest extent that its distance follows. */
 static const double FLATTEST = 0.05;
+/* What rounding may add to a squared distance, relative. */
+static const double ROUNDING = 1e-9;
 
 /* ---- nearest seeds ---- */
 
@@ -59,7 +61,7 @@ static size_t list_near(const tli_seed *seeds, size_t count, const double box[6]
     size_t n = 0;
     for (size_t s = 0; s < count; s++) reach = fmin(reach, farthest2(&seeds[s], box));
     for (size_t s = 0; s < count; s++)
-        if (!(nearest2(&seeds[s], box) > reach * (1 + 1e-9))) near[n++] = (uint32_t)s;
+        if (!(nearest2(&seeds[s], box) > reach * (1 + ROUNDING))) near[n++] = (uint32_t)s;
     return n;
 }
 
