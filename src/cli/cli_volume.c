@@ -16,8 +16,8 @@ static const cli_option DETAIL[] = {
 };
 const cli_group cli_group_detail = {"Detail", DETAIL, sizeof DETAIL / sizeof *DETAIL};
 
-static tl_status fill_query(cli_session *session, const tl_store_head *head, double *bounds,
-                            tl_cut_query *query)
+static void fill_query(cli_session *session, const tl_store_head *head, double *bounds,
+                       tl_cut_query *query)
 {
     const cli_value *error = cli_get(session, CLI_ERROR), *tets = cli_get(session, CLI_TETS);
     for (size_t c = 0; c < head->channel_count; c++) {
@@ -27,7 +27,6 @@ static tl_status fill_query(cli_session *session, const tl_store_head *head, dou
     if (error->given) query->bounds.channels = bounds;
     if (tets->given) query->tets_max = tets->count;
     if (cli_get(session, CLI_FULL)->given || (!error->given && !tets->given)) query->level = 0;
-    return TL_OK;
 }
 
 static tl_status cut_model(cli_session *session, tl_store *store, cli_volume *volume)
@@ -39,7 +38,7 @@ static tl_status cut_model(cli_session *session, tl_store *store, cli_volume *vo
     volume->is_model = true;
     volume->channel_count = head->channel_count;
     volume->errors = tl_mem_alloc(session->ctx, head->channel_count, sizeof(double), &st);
-    if (!st) st = fill_query(session, head, volume->errors, &query);
+    if (!st) fill_query(session, head, volume->errors, &query);
     if (!st) st = tl_cut_create(session->ctx, store, &cut);
     if (!st) st = tl_cut_update(cut, &query);
     if (!st) st = tl_cut_mesh(cut, NULL, 0, &volume->input.mesh);
