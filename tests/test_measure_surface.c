@@ -643,6 +643,31 @@ static void covered_by_cells(void **state)
     close_ctx(ctx);
 }
 
+/* Two triangles over thousands of small ones: the cuts that one takes are those of many. */
+static void reach_of_large_triangles(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = open_ctx(1);
+    const double flat[2] = {0, 0}, wave[2] = {0.002, 0.03};
+    soup large = make_sheet(1, place_plane, flat), small = make_sheet(100, place_wave, wave);
+    tli_surface from = make_surface(ctx, &large), to = make_surface(ctx, &small);
+    uint8_t none[2] = {0};
+    tli_reach reach;
+    CHECK_OK(ctx, tli_reach_create(ctx, &from, &to, none, 0, &reach));
+    tli_reach_bound(&reach);
+    CHECK(reach.splits_left > 0);
+    CHECK_BOUND("dense samples and the bound", dense_one_sided(ctx, &large, &small, 300),
+                reach.bound);
+    CHECK_BOUND("bound and what was found", reach.bound, reach.query.found * 1.1 + 1e-12);
+    CHECK_BOUND("what was found", reach.query.found, 0.002 + 1e-12);
+    tli_reach_release(&reach);
+    tli_surface_release(&to);
+    tli_surface_release(&from);
+    soup_release(&small);
+    soup_release(&large);
+    close_ctx(ctx);
+}
+
 typedef struct dealt {
     double area[2], corners_off;
 } dealt;
@@ -723,6 +748,7 @@ int main(void)
         cmocka_unit_test(bound_of_soups),
         cmocka_unit_test(covered_by_cells),
         cmocka_unit_test(dealt_at_borders),
+        cmocka_unit_test(reach_of_large_triangles),
         cmocka_unit_test(sample_counts),
         cmocka_unit_test(empty_surfaces),
         cmocka_unit_test(threads_change_nothing),

@@ -1,14 +1,16 @@
 /* How far one surface is from another at most, without samples: the distances of its vertices, then
  * triangles by branch and bound. Most triangles lie over one triangle of the other surface and are
  * done after a glance. */
+#include <limits.h>
 #include <string.h>
 
 #include "measure/measure.h"
 
 /* Gap that is accepted between the distance found and the bound, relative to it. */
 static const double GAP_RELATIVE = 0.1;
-/* Cuts of a triangle, and on average. */
-enum { SPLITS_MAX = 1024, SPLITS_MEAN = 16 };
+/* Cuts of a triangle on average. One alone may take them all: at a coarse level a triangle lies
+ * over ten thousand of the original ones, and is cut as often. */
+enum { SPLITS_MEAN = 16 };
 
 static void measure_vertex(tli_reach *r, tl_lidx v, tl_lidx *last)
 {
@@ -35,7 +37,7 @@ tl_status tli_reach_create(tl_ctx *ctx, const tli_surface *from, const tli_surfa
                                  .tolerance = gap,
                                  .tolerance_relative = GAP_RELATIVE,
                                  .rounding = tli_surface_rounding(from, to),
-                                 .split_max = SPLITS_MAX,
+                                 .split_max = UINT_MAX,
                                  .splits_left = &r->splits_left};
     r->splits_left = (uint64_t)SPLITS_MEAN * (from->triangle_count + to->triangle_count);
     for (size_t v = 0; v < from->vert_count; v++) r->nearest[v] = TL_NONE;
