@@ -38,6 +38,7 @@ typedef struct tli_ensight_case {
     const char *path;
     bool gold;
     bool binary, big_endian; /* of its files; as the geometry has it, once it was opened */
+    bool fortran;            /* the same: binary files stand in records */
     tli_span geometry;
     int64_t geometry_set;
     bool coords_only; /* of the geometry's steps */
@@ -58,6 +59,9 @@ void tli_ensight_case_release(tli_ensight_case *read);
  * since it tells whether all are binary. Gives *path and *map. */
 tl_status tli_ensight_open(tli_ensight_case *read, tli_span name, int64_t set, double time,
                            char **path, tli_map *map, tli_scan *scan);
+
+/* Replaces the records of Fortran by the bytes that they hold. formats_ensight_records.c */
+tl_status tli_ensight_join_records(tl_ctx *ctx, const char *path, tli_map *map);
 
 /* ---- numbers ---- */
 

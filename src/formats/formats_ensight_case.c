@@ -352,15 +352,19 @@ static tl_status enter_step(tli_scan *scan, int64_t step)
     return TL_OK;
 }
 
+/* True if the head of a geometry says that its bytes stand in records. */
+static bool is_fortran(const tli_map *map)
+{
+    const char *head = (const char *)map->bytes;
+    return find_text(head, head + (map->byte_count < 84 ? map->byte_count : 84), "Fortran Binary");
+}
+
 /* The geometry says what kind of files the case has. */
 static tl_status enter_file(tli_ensight_case *c, bool geometry, tli_scan *scan)
 {
     const char *head_end = scan->end - scan->at > 84 ? scan->at + 84 : scan->end;
     if (geometry) {
-        if (find_text(scan->at, head_end, "Fortran Binary"))
-            return tl_fail(c->ctx, TL_ERR_UNSUPPORTED,
-                           "'%s': Fortran binary; text and C binary are read", scan->path);
-        c->binary = find_text(scan->at, head_end, "C Binary") != NULL;
+        c->binary = c->fortran || find_text(scan->at, head_end, "C Binary") != NULL;
         if (c->binary) scan->at = head_end - (head_end - scan->at > TLI_ENSIGHT_LINE ? 4 : 0);
     }
     scan->binary = c->binary;
@@ -386,8 +390,11 @@ tl_status tli_ensight_open(tli_ensight_case *read, tli_span name, int64_t set, d
         st = tli_open_named(read->ctx, read->path, (tli_span){filled, strlen(filled)}, path, map);
     tl_mem_free(read->ctx, filled);
     if (st) return st;
+    bool geometry = name.text == read->geometry.text;
+    if (geometry) read->fortran = is_fortran(map);
+    if (read->fortran) st = tli_ensight_join_records(read->ctx, *path, map);
     tli_scan_open(read->ctx, *path, map->bytes, map->byte_count, scan);
-    st = enter_file(read, name.text == read->geometry.text, scan);
+    if (!st) st = enter_file(read, geometry, scan);
     if (!st) st = enter_step(scan, step);
     if (!st) return TL_OK;
     tli_map_close(read->ctx, map);
