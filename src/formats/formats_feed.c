@@ -42,6 +42,17 @@ void tli_feeder_drop_arrays(tli_feeder *feeder)
     }
 }
 
+unsigned tli_feeder_usual_tets(uint8_t vtk_type)
+{
+    static const uint8_t usual[] = {[TLI_SHAPE_TETRA] = 1,
+                                    [TLI_SHAPE_PYRAMID] = 2,
+                                    [TLI_SHAPE_WEDGE] = 3,
+                                    [TLI_SHAPE_HEXAHEDRON] = 6,
+                                    [TLI_SHAPE_VOXEL] = 6};
+    const tli_shape shape = tli_cell_type_of(vtk_type).shape;
+    return (size_t)shape < sizeof usual ? usual[shape] : 0;
+}
+
 /* ---- opening ---- */
 
 /* Holds whole ids, over the whole array: what tli_tets_find_region asks of a grid. */
@@ -237,6 +248,7 @@ static tl_status open_windowed(tli_feed *feed, const char *path, tli_feeder **fe
     if (raw) return tli_feeder_open_raw(feed->ctx, &feed->map, path, opts, feeder);
     st = tli_feeder_open_vtu(feed->ctx, &feed->map, path, feeder);
     if (!st && !*feeder) st = tli_feeder_open_vts(feed->ctx, &feed->map, path, feeder);
+    if (!st && !*feeder) st = tli_feeder_open_legacy(feed->ctx, &feed->map, path, feeder);
     return st;
 }
 

@@ -137,11 +137,6 @@ static tl_status vtu_cells(tli_feeder *feeder, uint64_t first, uint64_t count, t
 static tl_status vtu_estimate(tli_feeder *feeder, uint64_t *tets)
 {
     enum { STEP = 65536 };
-    static const uint8_t usual[] = {[TLI_SHAPE_TETRA] = 1,
-                                    [TLI_SHAPE_PYRAMID] = 2,
-                                    [TLI_SHAPE_WEDGE] = 3,
-                                    [TLI_SHAPE_HEXAHEDRON] = 6,
-                                    [TLI_SHAPE_VOXEL] = 6};
     tli_vx_file *file = &of(feeder)->file;
     uint8_t types[STEP];
     tl_status st = TL_OK;
@@ -154,7 +149,7 @@ static tl_status vtu_estimate(tli_feeder *feeder, uint64_t *tets)
             st = tli_vx_read_part(file, tli_vx_find(file, piece, TLI_VX_CELLS, "types"), first,
                                   count, &target);
             if (st) return st;
-            for (uint64_t i = 0; i < count; i++) *tets += usual[tli_cell_type_of(types[i]).shape];
+            for (uint64_t i = 0; i < count; i++) *tets += tli_feeder_usual_tets(types[i]);
         }
     }
     return TL_OK;

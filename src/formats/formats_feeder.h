@@ -84,6 +84,8 @@ struct tli_feed {
 /* Appends an array; copies name. */
 tl_status tli_feeder_add(tli_feeder *feeder, tl_on on, const char *name, uint32_t components,
                          tl_scalar scalar);
+/* Of a cell: as many as it is usually cut into, 0 if that can't be told from its type. */
+unsigned tli_feeder_usual_tets(uint8_t vtk_type);
 /* Frees the arrays, as part of a close. */
 void tli_feeder_drop_arrays(tli_feeder *feeder);
 
@@ -99,6 +101,9 @@ bool tli_feeder_is_xml(const tli_map *map);
 /* A structured file: VTK XML image data, rectilinear or structured grid of one piece. */
 tl_status tli_feeder_open_vts(tl_ctx *ctx, const tli_map *map, const char *path,
                               tli_feeder **feeder);
+/* A BINARY file of legacy VTK, but for polygons, polyhedra, prisms and blanked points. */
+tl_status tli_feeder_open_legacy(tl_ctx *ctx, const tli_map *map, const char *path,
+                                 tli_feeder **feeder);
 /* Steps of one mesh, as tli_feed_open_series; fills report (may be NULL) from the first. */
 tl_status tli_feeder_open_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
                                  const tl_read_opts *opts, const char *folder,

@@ -61,7 +61,10 @@ static tl_status read_points(tli_legacy *reader, const tli_legacy_word *keyword,
     if (reader->has_points) return repeated(reader, keyword);
     tl_status st = tli_legacy_read_count(reader, "the number of points", &count);
     if (!st) st = tli_legacy_read_type(reader, &type);
-    if (!st) st = tli_legacy_read_numbers(reader, "POINTS", type, count, 3, &reader->grid->xyz);
+    if (!st)
+        st = reader->places
+                 ? tli_legacy_locate(reader, "POINTS", type, count, 3, &reader->places->points)
+                 : tli_legacy_read_numbers(reader, "POINTS", type, count, 3, &reader->grid->xyz);
     if (!st && count > TL_MESH_VERTS_MAX)
         st =
             tli_legacy_fail(reader, keyword->text, TL_ERR_UNSUPPORTED,
@@ -150,6 +153,7 @@ static tl_status read_blanking(tli_legacy *reader, const tli_legacy_word *keywor
     (void)arg;
     const tli_legacy_type *type = NULL;
     double *values = NULL;
+    if (reader->places) return TL_ERR_UNSUPPORTED; /* as a whole */
     if (reader->grid->blanks) return repeated(reader, keyword);
     tl_status st = tli_legacy_read_count(reader, "the number of points", &reader->blank_count);
     if (!st) st = tli_legacy_read_type(reader, &type);
@@ -251,29 +255,35 @@ static tl_status read_data_header(tli_legacy *reader, const tli_legacy_word *key
                            keyword->text, count, expected);
 }
 
-/* Positions of an image or a rectilinear grid, x fastest. */
+/* x fastest. */
+void tli_legacy_positions(const tli_legacy *reader, uint64_t first, uint64_t count, double *xyz)
+{
+    const uint64_t *dims = reader->dims;
+    if (!count) return;
+    uint64_t index[3] = {first % dims[0], first / dims[0] % dims[1], first / dims[0] / dims[1]};
+    for (; count; count--, xyz += 3) {
+        for (int axis = 0; axis < 3; axis++)
+            xyz[axis] = reader->axes[axis]
+                            ? reader->axes[axis][index[axis]]
+                            : reader->origin[axis] +
+                                  reader->spacing[axis] *
+                                      (double)(reader->first_index[axis] + (int64_t)index[axis]);
+        if (++index[0] < dims[0]) continue;
+        index[0] = 0;
+        if (++index[1] < dims[1]) continue;
+        index[1] = 0;
+        index[2]++;
+    }
+}
+
 static tl_status fill_positions(tli_legacy *reader)
 {
     tli_grid *grid = reader->grid;
     tl_status st = TL_OK;
     if (grid->xyz) return TL_OK;
     grid->xyz = tl_mem_alloc(reader->ctx, (size_t)grid->point_count * 3, sizeof *grid->xyz, &st);
-    if (st || !grid->point_count) return st;
-    double *at = grid->xyz;
-    for (uint64_t k = 0; k < reader->dims[2]; k++) {
-        for (uint64_t j = 0; j < reader->dims[1]; j++) {
-            for (uint64_t i = 0; i < reader->dims[0]; i++, at += 3) {
-                const uint64_t index[3] = {i, j, k};
-                for (int axis = 0; axis < 3; axis++)
-                    at[axis] = reader->axes[axis]
-                                   ? reader->axes[axis][index[axis]]
-                                   : reader->origin[axis] + reader->spacing[axis] *
-                                                                (double)(reader->first_index[axis] +
-                                                                         (int64_t)index[axis]);
-            }
-        }
-    }
-    return TL_OK;
+    if (!st) tli_legacy_positions(reader, 0, grid->point_count, grid->xyz);
+    return st;
 }
 
 /* ---- the file ---- */
@@ -356,30 +366,49 @@ static tl_status read_section(tli_legacy *reader, const tli_legacy_word *keyword
     return tli_legacy_expected(reader, "a keyword");
 }
 
-tl_status tli_read_vtk_legacy(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid)
+void tli_legacy_begin(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid,
+                      tli_legacy *reader)
 {
     const char *text = (const char *)map->bytes;
-    tli_legacy reader = {.ctx = ctx,
-                         .path = path,
-                         .begin = text,
-                         .at = text,
-                         .end = text + map->byte_count,
-                         .grid = grid,
-                         .kind = TLI_LEGACY_NONE,
-                         .spacing = {1, 1, 1},
-                         .cells_at = text,
-                         .components = 1};
+    *reader = (tli_legacy){.ctx = ctx,
+                           .path = path,
+                           .begin = text,
+                           .at = text,
+                           .end = text + map->byte_count,
+                           .grid = grid,
+                           .kind = TLI_LEGACY_NONE,
+                           .spacing = {1, 1, 1},
+                           .cells_at = text,
+                           .components = 1};
+}
+
+tl_status tli_legacy_read_file(tli_legacy *reader)
+{
     tli_legacy_word keyword;
-    tl_status st = read_header(&reader);
-    const char *body = reader.at;
-    while (!st && tli_legacy_next(&reader, &keyword)) st = read_section(&reader, &keyword);
-    if (!st && tli_number_skip_space(body, reader.end) == reader.end)
-        st = tli_legacy_expected(&reader, "DATASET");
-    if (!st) st = close_geometry(&reader);
+    tl_status st = read_header(reader);
+    if (!st && reader->places && !reader->binary) return TL_ERR_UNSUPPORTED; /* as a whole */
+    const char *body = reader->at;
+    while (!st && tli_legacy_next(reader, &keyword)) st = read_section(reader, &keyword);
+    if (!st && tli_number_skip_space(body, reader->end) == reader->end)
+        st = tli_legacy_expected(reader, "DATASET");
+    if (!st) st = close_geometry(reader);
+    if (!st && reader->skipped_fields)
+        tl_log(reader->ctx, TL_LOG_INFO, "'%s': %u arrays of the data set as a whole are left out",
+               reader->path, reader->skipped_fields);
+    return st;
+}
+
+void tli_legacy_end(tli_legacy *reader)
+{
+    for (int axis = 0; axis < 3; axis++) tl_mem_free(reader->ctx, reader->axes[axis]);
+}
+
+tl_status tli_read_vtk_legacy(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid)
+{
+    tli_legacy reader;
+    tli_legacy_begin(ctx, map, path, grid, &reader);
+    tl_status st = tli_legacy_read_file(&reader);
     if (!st) st = fill_positions(&reader);
-    if (!st && reader.skipped_fields)
-        tl_log(ctx, TL_LOG_INFO, "'%s': %u arrays of the data set as a whole are left out", path,
-               reader.skipped_fields);
-    for (int axis = 0; axis < 3; axis++) tl_mem_free(ctx, reader.axes[axis]);
+    tli_legacy_end(&reader);
     return st;
 }

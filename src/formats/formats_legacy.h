@@ -34,12 +34,39 @@ typedef struct tli_legacy_type {
 
 #define TLI_LEGACY_NAME_MAX 1024 /* bytes of a name, its end included */
 
+/* Numbers of a BINARY file that stay there. */
+typedef struct tli_legacy_block {
+    const char *bytes;
+    const tli_legacy_type *type;
+    uint64_t count;
+} tli_legacy_block;
+
+typedef struct tli_legacy_array {
+    char *name; /* owned */
+    uint32_t components;
+    bool is_level; /* ghost levels, to be read as marks */
+    tli_legacy_block block;
+} tli_legacy_array;
+
+/* Where the large arrays of a BINARY file are: read like this, it takes no more memory than names.
+ */
+typedef struct tli_legacy_places {
+    const tli_map *map;
+    tli_legacy_block points, types;
+    tli_legacy_block row;                   /* of cells, up to version 4.2 */
+    uint64_t *row_starts;                   /* places in the row of some cells, owned */
+    tli_legacy_block offsets, connectivity; /* from 5.0 on */
+    tli_legacy_array *arrays[2];            /* by tl_on, owned */
+    uint32_t array_counts[2];
+} tli_legacy_places;
+
 typedef struct tli_legacy {
     tl_ctx *ctx;
     const char *path;
     const char *begin, *at, *end; /* the file, and what is read next */
     bool binary;
     tli_grid *grid;
+    tli_legacy_places *places; /* not NULL: places are found, nothing large is read */
     tli_legacy_kind kind;
 
     bool has_points, has_dims, has_cells, has_types;
@@ -64,6 +91,18 @@ typedef struct tli_legacy_word {
     const char *text;
     size_t length;
 } tli_legacy_word;
+
+/* ---- formats_legacy.c ---- */
+
+void tli_legacy_begin(tl_ctx *ctx, const tli_map *map, const char *path, tli_grid *grid,
+                      tli_legacy *reader);
+/* Reads everything but the positions of images and rectilinear grids. Where places are asked for,
+ * TL_ERR_FORMAT and TL_ERR_UNSUPPORTED may come without a message: read as a whole, the file gives
+ * one, or can be read. */
+tl_status tli_legacy_read_file(tli_legacy *reader);
+/* Of points [first, first + count) of an image or a rectilinear grid. */
+void tli_legacy_positions(const tli_legacy *reader, uint64_t first, uint64_t count, double *xyz);
+void tli_legacy_end(tli_legacy *reader);
 
 /* ---- formats_legacy_scan.c ---- */
 
@@ -106,6 +145,17 @@ tl_status tli_legacy_open_integers(tli_legacy *reader, const char *what,
 /* The next integers. */
 tl_status tli_legacy_read_integers(tli_legacy *reader, const char *what,
                                    const tli_legacy_type *type, size_t count, int64_t *values);
+/* The same two when numbers stay where they are: moves past them, gives their place. */
+tl_status tli_legacy_locate(tli_legacy *reader, const char *what, const tli_legacy_type *type,
+                            uint64_t tuples, uint64_t components, tli_legacy_block *block);
+tl_status tli_legacy_locate_integers(tli_legacy *reader, const char *what,
+                                     const tli_legacy_type *type, uint64_t count,
+                                     tli_legacy_block *block);
+/* Numbers [first, first + count) of a block. */
+tl_status tli_legacy_block_numbers(tl_ctx *ctx, const tli_legacy_block *block, uint64_t first,
+                                   uint64_t count, double *values);
+void tli_legacy_block_integers(const tli_legacy_block *block, uint64_t first, size_t count,
+                               int64_t *values);
 /* The type int. */
 const tli_legacy_type *tli_legacy_int(void);
 const tli_legacy_type *tli_legacy_u8(void);
@@ -119,6 +169,23 @@ tl_status tli_legacy_read_cells(tli_legacy *reader, const char *place, int secti
 tl_status tli_legacy_read_cell_types(tli_legacy *reader);
 /* Once points, cells and types are there: counts agree, every index is below the point count. */
 tl_status tli_legacy_close_cells(tli_legacy *reader);
+
+/* ---- formats_legacy_places.c ---- */
+
+/* What follows the counts of CELLS, or OFFSETS behind them. */
+tl_status tli_legacy_locate_row(tli_legacy *reader, uint64_t cells, uint64_t size);
+tl_status tli_legacy_locate_lists(tli_legacy *reader, uint64_t offset_count, uint64_t indices,
+                                  uint64_t *cells);
+/* What follows the header of an array of points or cells. */
+tl_status tli_legacy_locate_array(tli_legacy *reader, const char *name, const tli_legacy_type *type,
+                                  uint32_t components, uint64_t count);
+/* Of cells [first, first + count): fills types, offsets from 0 and connectivity of an empty grid,
+ * every id below the number of points. */
+tl_status tli_legacy_read_part(const tli_legacy *reader, uint64_t first, uint64_t count,
+                               tli_grid *part);
+void tli_legacy_forget(const tli_legacy_places *places, const tli_legacy_block *block,
+                       uint64_t first, uint64_t count);
+void tli_legacy_drop_places(tl_ctx *ctx, tli_legacy_places *places);
 
 /* ---- formats_legacy_data.c ---- */
 

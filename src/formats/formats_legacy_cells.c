@@ -177,8 +177,15 @@ tl_status tli_legacy_read_cells(tli_legacy *reader, const char *place, int cell_
     if (!st) st = tli_legacy_read_count(reader, "the number of integers of all cells", &size);
     if (st) return st;
     reader->components = 1;
-    st = tli_legacy_take(reader, "OFFSETS") ? read_arrays(reader, place, cells, size, &cells)
-                                            : read_row(reader, place, cells, size);
+    const bool lists = tli_legacy_take(reader, "OFFSETS");
+    if (reader->places && cell_type)
+        st = TL_ERR_UNSUPPORTED; /* polygons: as a whole */
+    else if (reader->places)
+        st = lists ? tli_legacy_locate_lists(reader, cells, size, &cells)
+                   : tli_legacy_locate_row(reader, cells, size);
+    else
+        st = lists ? read_arrays(reader, place, cells, size, &cells)
+                   : read_row(reader, place, cells, size);
     if (!st && cell_type) st = append_types(reader, cells, cell_type);
     if (!st) reader->grid->cell_count += cells;
     return st;
@@ -187,6 +194,9 @@ tl_status tli_legacy_read_cells(tli_legacy *reader, const char *place, int cell_
 tl_status tli_legacy_read_cell_types(tli_legacy *reader)
 {
     tl_status st = tli_legacy_read_count(reader, "the number of cell types", &reader->type_count);
+    if (!st && reader->places)
+        return tli_legacy_locate_integers(reader, "CELL_TYPES", tli_legacy_int(),
+                                          reader->type_count, &reader->places->types);
     if (!st)
         st = tli_legacy_open_integers(reader, "CELL_TYPES", tli_legacy_int(), reader->type_count);
     uint8_t *types = st ? NULL : tl_mem_alloc(reader->ctx, reader->type_count, 1, &st);
@@ -254,6 +264,7 @@ tl_status tli_legacy_close_cells(tli_legacy *reader)
         return tli_legacy_fail(reader, reader->at, TL_ERR_FORMAT,
                                "%" PRIu64 " cell types for %" PRIu64 " cells", reader->type_count,
                                grid->cell_count);
+    if (reader->places) return TL_OK; /* indices are looked at as they are read */
     tl_status st = list_faces(reader);
     if (st) return st;
     const uint64_t indices = index_count(grid);

@@ -66,6 +66,8 @@ static tl_status read_array(tli_legacy *reader, const char *name, const tli_lega
                name, type->name);
         return tli_legacy_skip_array(reader, name, type, count, components);
     }
+    if (reader->places)
+        return tli_legacy_locate_array(reader, name, type, (uint32_t)components, count);
     tl_status st = tli_legacy_read_numbers(reader, name, type, count, components, &values);
     if (!st && !strcmp(name, "vtkGhostLevels") && components == 1) {
         ghost_levels_to_type(values, count);

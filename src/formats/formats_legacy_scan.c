@@ -364,6 +364,59 @@ tl_status tli_legacy_read_numbers(tli_legacy *reader, const char *what, const tl
     return TL_OK;
 }
 
+/* ---- numbers that stay in the file ---- */
+
+/* After open_block. */
+static void take_block(tli_legacy *reader, const tli_legacy_type *type, uint64_t count,
+                       tli_legacy_block *block)
+{
+    *block = (tli_legacy_block){reader->at, type, count};
+    reader->at += type->family == TLI_LEGACY_BIT ? count / 8 + (count % 8 != 0)
+                                                 : count * tl_scalar_bytes(type->stored);
+}
+
+tl_status tli_legacy_locate(tli_legacy *reader, const char *what, const tli_legacy_type *type,
+                            uint64_t tuples, uint64_t components, tli_legacy_block *block)
+{
+    size_t count;
+    if (type->family == TLI_LEGACY_STRING || type->family == TLI_LEGACY_VARIANT)
+        return TL_ERR_FORMAT;
+    tl_status st = value_count(reader, what, tuples, components, &count);
+    if (!st) st = open_block(reader, what, type, count);
+    if (!st) take_block(reader, type, count, block);
+    return st;
+}
+
+tl_status tli_legacy_locate_integers(tli_legacy *reader, const char *what,
+                                     const tli_legacy_type *type, uint64_t count,
+                                     tli_legacy_block *block)
+{
+    tl_status st = tli_legacy_open_integers(reader, what, type, count);
+    if (!st) take_block(reader, type, count, block);
+    return st;
+}
+
+tl_status tli_legacy_block_numbers(tl_ctx *ctx, const tli_legacy_block *block, uint64_t first,
+                                   uint64_t count, double *values)
+{
+    if (block->type->family == TLI_LEGACY_BIT) {
+        for (uint64_t i = first; i < first + count; i++)
+            *values++ = (unsigned char)block->bytes[i / 8] >> (7 - i % 8) & 1;
+        return TL_OK;
+    }
+    widening job = {block->bytes + first * tl_scalar_bytes(block->type->stored),
+                    block->type->stored, values};
+    return tli_parallel(ctx, (size_t)count, WIDEN_GRAIN, widen_piece, &job);
+}
+
+void tli_legacy_block_integers(const tli_legacy_block *block, uint64_t first, size_t count,
+                               int64_t *values)
+{
+    tli_legacy cursor = {.binary = true,
+                         .at = block->bytes + first * tl_scalar_bytes(block->type->stored)};
+    (void)tli_legacy_read_integers(&cursor, "", block->type, count, values); /* of bytes: can't */
+}
+
 /* ---- skipping ---- */
 
 /* A string of a BINARY file: the two high bits of its first byte tell how many bytes its length
