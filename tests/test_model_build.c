@@ -145,6 +145,53 @@ static void test_rough(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* Only islands of one to three cells an axis, one cell apart: segments part many of them. */
+static make_mesh make_islands(size_t n)
+{
+    enum { APART = 4 };
+    make_mesh m = make_grid(n);
+    uint64_t random = 5;
+    uint8_t sizes[8][8][8][3];
+    size_t cells = n - 1, tets = 0;
+    for (size_t i = 0; i < sizeof sizes; i++)
+        (&sizes[0][0][0][0])[i] = (uint8_t)(1 + make_random(&random) % (APART - 1));
+    for (size_t cell = 0; cell < cells * cells * cells; cell++) {
+        size_t at[3] = {cell % cells, cell / cells % cells, cell / cells / cells};
+        const uint8_t *size = sizes[at[2] / APART][at[1] / APART][at[0] / APART];
+        bool in = true;
+        for (int i = 0; i < 3; i++) in = in && at[i] % APART < size[i];
+        if (!in) continue;
+        memmove(m.tets + 20 * tets, m.tets + 20 * cell, 20 * sizeof *m.tets);
+        tets++;
+    }
+    m.tet_count = 5 * tets;
+    return m;
+}
+
+/* Halves of an island or cavity in two segments must not close onto each other, and borders that
+ * stay must not cost volume. */
+static void test_islands(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(2);
+    make_mesh m = make_islands(29);
+    make_perturb(&m, 0.15 / 28, 3);
+    tl_mesh *mesh = make_object(ctx, &m, bumps);
+    tl_build_opts opts = check_model_opts(1000, 200);
+    tl_store *store = build(ctx, mesh, &opts, "islands");
+    tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
+    tl_cut_check_result found;
+    cuts.cuts = 200;
+    CHECK_OK(ctx, tl_cut_check(ctx, store, NULL, &cuts, &found));
+    CHECK_EQ(found.cuts_tried, 200);
+    CHECK_BOUND("volume of islands", found.volume_off, 0.005);
+    tl_cut_check_release(ctx, &found);
+    drop(store, "islands");
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    check_ctx_destroy(ctx);
+}
+
 /* The whole file, for comparing. */
 static uint8_t *read_file(const char *path, size_t *bytes)
 {
@@ -336,10 +383,15 @@ static void test_no_values(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_grid),      cmocka_unit_test(test_rough),
-        cmocka_unit_test(test_threads),   cmocka_unit_test(test_odd),
-        cmocka_unit_test(test_channels),  cmocka_unit_test(test_other_data),
-        cmocka_unit_test(test_no_values), cmocka_unit_test(test_numbers_beyond),
+        cmocka_unit_test(test_grid),
+        cmocka_unit_test(test_rough),
+        cmocka_unit_test(test_islands),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_channels),
+        cmocka_unit_test(test_other_data),
+        cmocka_unit_test(test_no_values),
+        cmocka_unit_test(test_numbers_beyond),
     };
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -34,6 +34,7 @@ static tli_piece_result half_of(const tl_mesh *mesh, const int16_t *steps, const
                        .channel_scales = &scale,
                        .scale = 1 / 28.0,
                        .cost_max = (double)INFINITY,
+                       .volume_part = (double)INFINITY,
                        .steps = steps,
                        .quadrics = quadrics};
     CHECK_OK(ctx, tli_piece_simplify(ctx, &piece, &result));

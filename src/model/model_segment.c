@@ -9,6 +9,9 @@
 
 /* Part of its tets that every segment keeps, whatever the costs say: a patch needs a face. */
 static const double LEAST_LEFT = 0.1;
+/* Part of its volume that a segment may gain or lose: over ten levels less than the 0.5 % that
+ * `check` allows. */
+static const double VOLUME_PART = 3e-4;
 
 typedef struct job {
     tl_ctx *ctx;
@@ -48,6 +51,7 @@ static tl_status simplify(job *j, double cost_max, size_t target)
                        .channel_scales = plan->steering_scales,
                        .scale = plan->diagonal > 0 ? 1 / plan->diagonal : 1,
                        .cost_max = cost_max,
+                       .volume_part = VOLUME_PART,
                        .steps = j->weld.steps,
                        .quadrics = j->weld.quadrics,
                        .shares = j->weld.shares,

@@ -234,6 +234,37 @@ static bool shapes_fine(const tli_work *w, tli_hood *h)
     return !bad || bad_shapes_fine(w, h);
 }
 
+/* Ends that stay where they are, such as those on the border of a piece, leave no place that keeps
+ * the volume: what they change adds up and may go back. Two free ends change what rounding does.
+ * Sets the hood's change. */
+static bool volume_fine(const tli_work *w, tli_hood *h)
+{
+    h->volume_change = 0;
+    if (isinf(w->volume_room)) return true;
+    h->volume_change = tli_fan_volume_change(w, h, h->place);
+    double after = fabs(w->volume_change + h->volume_change);
+    return w->verts[h->ends[0]].kind == TLI_SURFACE || after <= w->volume_room ||
+           after <= fabs(w->volume_change);
+}
+
+/* A surface face of three vertices that stay could be one of the next piece, too: both halves of a
+ * cavity on the border would close to it. Pieces make none. */
+static bool border_fine(const tli_work *w, const tli_hood *h)
+{
+    if (isinf(w->volume_room) || w->verts[h->ends[0]].kind < TLI_CORNER) return true;
+    for (uint32_t i = 0; i < h->fan_count; i++) {
+        bool has_u = false;
+        unsigned stay = 0;
+        for (int j = 0; j < 3; j++) {
+            uint16_t l = h->fan[i].verts[j];
+            has_u = has_u || l == 0;
+            stay += w->verts[h->verts[l]].kind >= TLI_CORNER;
+        }
+        if (!has_u && stay == 2) return false;
+    }
+    return true;
+}
+
 /* The surface stays within its bound; sets the hood's bound. */
 static bool surface_fine(const tli_work *w, tli_hood *h)
 {
@@ -341,6 +372,7 @@ static tl_status commit(tli_work *w, tli_hood *h, tli_star_bank *bank)
     w->verts[u].step = h->step;
     memcpy(w->values + u * k, h->values, k * sizeof *h->values);
     w->verts[u].surface_bound = h->surface_bound;
+    if (w->verts[v].kind != TLI_FREE) w->volume_change += h->volume_change;
     if (w->carry) tli_carry_commit(w, h);
     w->verts[v].merged = u;
     w->verts[u].version++;
@@ -407,6 +439,7 @@ static tli_verdict try_edge(tli_work *w, tli_hood *hood, tl_lidx u, tl_lidx v)
     if (verdict) return verdict;
     if (on_surface && !place_vertex(w, hood)) return TLI_NO_BOUNDARY;
     if ((shapes != TLI_SHAPES_FINE || w->carry) && !shapes_fine(w, hood)) return TLI_NO_SHAPE;
+    if (on_surface && !(border_fine(w, hood) && volume_fine(w, hood))) return TLI_NO_BOUNDARY;
     return surface_fine(w, hood) ? TLI_DONE : TLI_NO_BOUNDARY;
 }
 

@@ -58,6 +58,23 @@ bool tli_fan_volume_plane(const tli_work *w, const tli_hood *h, double normal[3]
     return true;
 }
 
+/* The tets between place and the old faces. Those of interfaces (even groups) part the volume. */
+double tli_fan_volume_change(const tli_work *w, const tli_hood *h, const double place[3])
+{
+    double total = 0;
+    for (uint32_t i = 0; i < h->fan_count; i++) {
+        const uint16_t *l = h->fan[i].verts;
+        double a[3], b[3], c[3], o[3];
+        if (!(h->fan[i].group & 1)) continue;
+        vec_sub(w->verts[h->verts[l[1]]].xyz, w->verts[h->verts[l[0]]].xyz, a);
+        vec_sub(w->verts[h->verts[l[2]]].xyz, w->verts[h->verts[l[0]]].xyz, b);
+        vec_sub(place, w->verts[h->verts[l[0]]].xyz, o);
+        vec_cross(a, b, c);
+        total += vec_dot(c, o);
+    }
+    return total / 6;
+}
+
 static uint16_t point_of(sheet *s, uint16_t l)
 {
     for (uint16_t i = 1; i < s->point_count; i++)

@@ -44,6 +44,7 @@ struct tli_hood {
     double *values;       /* [components] of the new vertex */
     double *sum;          /* [quadric_floats] quadric of the edge at anchor u */
     float surface_bound;  /* of the new vertex */
+    double volume_change; /* by the collapse, where the work watches it */
     tli_carried *carried; /* NULL without an error bound */
 };
 
@@ -60,6 +61,8 @@ bool tli_hood_list_fan(const tli_work *work, tli_hood *hood);
  * number above most where it is above. */
 double tli_fan_distance(const tli_work *work, const tli_hood *hood, const double place[3],
                         double most);
+/* What the volume under the boundary changes by when the fan is one around place. */
+double tli_fan_volume_change(const tli_work *work, const tli_hood *hood, const double place[3]);
 /* Plane on which place keeps the volume under the fan: normal . (x - u) = offset, mesh units; false
  * when the fan has no such plane (it folds back on itself). */
 bool tli_fan_volume_plane(const tli_work *work, const tli_hood *hood, double normal[3],

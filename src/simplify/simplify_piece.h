@@ -23,6 +23,7 @@ typedef struct tli_piece {
     const double *channel_scales; /* [opts->channel_count] values to cost units, of the whole */
     double scale;                 /* 1 / diagonal of the whole */
     double cost_max;              /* no collapse above this cost; INFINITY: no limit */
+    double volume_part;           /* its volume changes by at most this part; INFINITY: no limit */
     const int16_t *steps;         /* [vert_count], or NULL: any place */
     const float *quadrics;        /* [vert_count][tli_quadric_floats], anchored at the vertices, or
                                      NULL: made from the mesh */

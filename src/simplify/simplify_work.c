@@ -250,6 +250,7 @@ static tl_status create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_opts
         w->components += w->channels[i].components;
     }
     w->quadric_floats = (tli_quadric_floats(w->components) + w->components + 15) / 16 * 16;
+    w->volume_room = (double)INFINITY;
     w->shape_cube = opts->min_quality * opts->min_quality * opts->min_quality;
     w->shapes = tli_shapes_best();
     w->placement = opts->placement;
@@ -272,9 +273,24 @@ tl_status tli_work_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_simplify_op
     return create(ctx, mesh, opts, channel_scales, thin_target, NULL, work);
 }
 
+static double sum_volumes(const tli_work *w)
+{
+    double sum = 0, p[4][3];
+    for (size_t t = 0; t < w->tet_count; t++) {
+        for (int i = 0; i < 4; i++) memcpy(p[i], w->verts[w->tets[t][i]].xyz, sizeof p[i]);
+        double volume = fabs(tl_tet_volume((const double(*)[3])p));
+        if (isfinite(volume)) sum += volume;
+    }
+    return sum;
+}
+
 tl_status tli_work_create_piece(tl_ctx *ctx, const tli_piece *piece, tli_work **work)
 {
-    return create(ctx, piece->mesh, piece->opts, piece->channel_scales, SIZE_MAX, piece, work);
+    tl_status st =
+        create(ctx, piece->mesh, piece->opts, piece->channel_scales, SIZE_MAX, piece, work);
+    if (!st && isfinite(piece->volume_part))
+        (*work)->volume_room = piece->volume_part * sum_volumes(*work);
+    return st;
 }
 
 void tli_work_drop_tets(tli_work *w)

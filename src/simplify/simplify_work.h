@@ -117,6 +117,8 @@ typedef struct tli_work {
     double centre[3];      /* of the bounding box, mesh units */
     double rounding;       /* mesh units: surface moves below it are rounding of coordinates */
     double boundary_error; /* mesh units */
+    double volume_room;    /* mesh units, cubed: how far the volume may go; INFINITY: not watched */
+    double volume_change;  /* so far, where it is watched (one thread) */
     double shape_cube;     /* least mean ratio, cubed */
     tli_shapes_fn shapes;
     tl_placement placement;
