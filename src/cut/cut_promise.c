@@ -2,6 +2,7 @@
  * section 5), and the distance of the boundaries, both ways. */
 #include "cut/cut_prover.h"
 
+#include "base/base_vec.h"
 #include "measure/measure.h"
 
 /* Rounding of a measured error, relative to the values at hand. */
@@ -35,6 +36,8 @@ typedef struct search {
     bool found;
 } search;
 
+/* The nearest point of the tet, and its corners: of a flat tet several may lie at one place, each
+ * with a value of its own. */
 static bool look_in_tet(void *user, tl_lidx tet)
 {
     search *s = user;
@@ -42,10 +45,17 @@ static bool look_in_tet(void *user, tl_lidx tet)
     tli_tet_corners(s->mesh->xyz, s->mesh->tets + 4 * (size_t)tet, p);
     if (tl_tet_nearest(TLI_CORNERS(p), s->x, w) > s->reach) return true;
     s->found = error_in_tet(s->mesh, s->copy, s->channel, s->vert, tet, w) <= s->bound;
+    for (int i = 0; i < 4 && !s->found; i++) {
+        double corner[4] = {0}, to[3];
+        corner[i] = 1;
+        vec_sub(p[i], s->x, to);
+        s->found = vec_length(to) <= s->reach &&
+                   error_in_tet(s->mesh, s->copy, s->channel, s->vert, tet, corner) <= s->bound;
+    }
     return !s->found;
 }
 
-/* Is there one? The nearest points of all tets are asked. */
+/* Is there one? All tets within reach are asked. */
 static bool holds_elsewhere(const tl_locator *locator, search *s)
 {
     double low[3], high[3];
