@@ -110,6 +110,45 @@ size_t bench_threads(const bench_state *state, unsigned counts[2])
     return counts[1] > 1 ? 2 : 1;
 }
 
+int bench_on_mesh(bench_state *state, const bench_data *data, unsigned threads, bench_work_fn work,
+                  void *arg)
+{
+    tl_ctx *ctx = NULL;
+    tl_mesh *mesh = NULL;
+    tl_status st = cli_context_create(state->session, threads, &ctx);
+    if (st) return cli_fail(state->session, NULL, st);
+    st = tl_mesh_read(ctx, data->path, NULL, &mesh, NULL);
+    if (!st) st = work(state, ctx, mesh, arg);
+    int exit_status = st ? cli_fail(state->session, ctx, st) : CLI_DONE;
+    tl_mesh_destroy(mesh);
+    tl_ctx_destroy(ctx);
+    return exit_status;
+}
+
+int bench_each_threads(bench_state *state, const bench_data *data, const bench_steps *steps,
+                       void *row, size_t row_bytes)
+{
+    unsigned threads[2];
+    int exit_status = CLI_DONE;
+    for (size_t i = 0; i < bench_threads(state, threads) && !exit_status; i++) {
+        memset(row, 0, row_bytes);
+        exit_status = bench_on_mesh(state, data, threads[i], steps->measure, row);
+        if (!exit_status && cli_get(state->session, CLI_AGAINST_VTK)->given)
+            exit_status = steps->ask_peer(state, data, row);
+        cli_progress_clear(&state->session->progress);
+        if (exit_status) break;
+        if (!state->rows) {
+            steps->print_text(data, row);
+            continue;
+        }
+        json_t *item = cli_json_item(state->rows);
+        cli_json_text(item, "data", data->name);
+        cli_json_count(item, "tets", data->tet_count);
+        steps->add_json(item, data, row);
+    }
+    return exit_status;
+}
+
 /* ---- facts ---- */
 
 /* The text after "key...: " in a file of /proc, or "unknown". */

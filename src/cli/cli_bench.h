@@ -43,6 +43,24 @@ int bench_draw(bench_state *state, const bench_data *data);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);
 
+/* Makes a context of that many threads, reads the mesh and hands both to work with arg. Returns an
+ * exit status; the message is out already. */
+typedef tl_status (*bench_work_fn)(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, void *arg);
+int bench_on_mesh(bench_state *state, const bench_data *data, unsigned threads, bench_work_fn work,
+                  void *arg);
+
+/* A bench of a mesh in memory that has a row for each number of threads. */
+typedef struct bench_steps {
+    bench_work_fn measure; /* into the row, which is all 0 before */
+    /* With --against-vtk; returns an exit status. */
+    int (*ask_peer)(bench_state *state, const bench_data *data, void *row);
+    void (*add_json)(json_t *item, const bench_data *data, const void *row);
+    void (*print_text)(const bench_data *data, const void *row);
+} bench_steps;
+/* row: room for one, row_bytes long. Returns an exit status. */
+int bench_each_threads(bench_state *state, const bench_data *data, const bench_steps *steps,
+                       void *row, size_t row_bytes);
+
 /* Measures one size of something into its row. */
 typedef tl_status (*bench_size_fn)(bench_state *state, const bench_data *data,
                                    const tl_read_opts *read, uint32_t size, void *row);

@@ -72,8 +72,10 @@ static tl_status draw_frames(bench_state *state, tl_ctx *ctx, const tl_volume *v
     return st;
 }
 
-static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, draw_row *row)
+static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, void *arg)
 {
+    draw_row *row = arg;
+    row->threads = tl_ctx_thread_count(ctx);
     double bounds[6], start = cli_now();
     tl_volume *volume = NULL;
     const tl_channel *channel = tl_mesh_channel(mesh, 0);
@@ -88,8 +90,9 @@ static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, d
     return st;
 }
 
-static int ask_peer(bench_state *state, const bench_data *data, draw_row *row)
+static int ask_peer(bench_state *state, const bench_data *data, void *arg)
 {
+    draw_row *row = arg;
     char runs[24], threads[24], camera[400], range[80], unit[40];
     const tl_camera *c = &row->camera;
     snprintf(runs, sizeof runs, "%llu",
@@ -114,11 +117,10 @@ static int ask_peer(bench_state *state, const bench_data *data, draw_row *row)
     return CLI_DONE;
 }
 
-static void print_json(bench_state *state, const bench_data *data, const draw_row *row)
+static void add_json(json_t *item, const bench_data *data, const void *arg)
 {
-    json_t *item = cli_json_item(state->rows);
-    cli_json_text(item, "data", data->name);
-    cli_json_count(item, "tets", data->tet_count);
+    (void)data;
+    const draw_row *row = arg;
     cli_json_count(item, "threads", row->threads);
     cli_json_real(item, "frame_seconds", bench_median(&row->frames));
     cli_json_real(item, "frame_seconds_least", bench_least(&row->frames));
@@ -129,8 +131,10 @@ static void print_json(bench_state *state, const bench_data *data, const draw_ro
     cli_json_real(item, "vtk_decibels", row->ray > 0 ? row->vtk_decibels : (double)NAN);
 }
 
-static void print_text(const draw_row *row)
+static void print_text(const bench_data *data, const void *arg)
 {
+    (void)data;
+    const draw_row *row = arg;
     double frame = bench_median(&row->frames);
     printf("%u threads   a frame of %d x %d in %s (least %s), the mesh made ready in %s\n",
            row->threads, SIDE_PX, SIDE_PX, cli_seconds(frame).s,
@@ -145,25 +149,9 @@ static void print_text(const draw_row *row)
 
 int bench_draw(bench_state *state, const bench_data *data)
 {
-    unsigned threads[2];
-    int exit_status = CLI_DONE;
-    for (size_t i = 0; i < bench_threads(state, threads) && !exit_status; i++) {
-        tl_ctx *ctx = NULL;
-        tl_mesh *mesh = NULL;
-        draw_row row = {.threads = threads[i]};
-        tl_status st = cli_context_create(state->session, threads[i], &ctx);
-        if (st) return cli_fail(state->session, NULL, st);
-        st = tl_mesh_read(ctx, data->path, NULL, &mesh, NULL);
-        if (!st) st = measure(state, ctx, mesh, &row);
-        if (st) exit_status = cli_fail(state->session, ctx, st);
-        tl_mesh_destroy(mesh);
-        tl_ctx_destroy(ctx);
-        if (!exit_status && cli_get(state->session, CLI_AGAINST_VTK)->given)
-            exit_status = ask_peer(state, data, &row);
-        unlink(row.picture);
-        cli_progress_clear(&state->session->progress);
-        if (!exit_status && state->rows) print_json(state, data, &row);
-        if (!exit_status && !state->rows) print_text(&row);
-    }
+    static const bench_steps STEPS = {measure, ask_peer, add_json, print_text};
+    draw_row row;
+    int exit_status = bench_each_threads(state, data, &STEPS, &row, sizeof row);
+    unlink(row.picture);
     return exit_status;
 }

@@ -213,29 +213,27 @@ static tl_status measure_op(bench_state *state, mesh_work *w, const mesh_op *op,
     return st;
 }
 
-/* All operations on one number of threads; adds to rows. */
-static int measure_ops(bench_state *state, const bench_data *data, unsigned threads, mesh_row *rows,
-                       size_t *row_count)
+typedef struct mesh_rows {
+    mesh_row rows[2 * OP_COUNT];
+    size_t count;
+} mesh_rows;
+
+/* All operations on one number of threads; adds to the rows. */
+static tl_status measure_ops(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, void *arg)
 {
-    mesh_work w = {0};
-    tl_mesh *mesh = NULL;
-    tl_status st = cli_context_create(state->session, threads, &w.ctx);
-    if (st) return cli_fail(state->session, NULL, st);
-    st = tl_mesh_read(w.ctx, data->path, NULL, &mesh, NULL);
-    w.mesh = mesh;
+    tl_status st = TL_OK;
+    mesh_rows *rows = arg;
+    mesh_work w = {.ctx = ctx, .mesh = mesh};
     for (size_t i = 0; i < OP_COUNT && !st; i++) {
-        if (OPS[i].one_thread && threads != 1) continue;
+        if (OPS[i].one_thread && tl_ctx_thread_count(ctx) != 1) continue;
         if (OPS[i].work == do_locate) st = make_queries(&w);
-        if (!st) st = measure_op(state, &w, &OPS[i], &rows[(*row_count)++]);
+        if (!st) st = measure_op(state, &w, &OPS[i], &rows->rows[rows->count++]);
     }
-    int exit_status = st ? cli_fail(state->session, w.ctx, st) : CLI_DONE;
     tl_locator_destroy(w.locator);
     void *const blocks[] = {w.opposite, w.offsets, w.tet_ids, w.triangles,
                             w.queries,  w.found,   w.weights};
-    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(w.ctx, blocks[i]);
-    tl_mesh_destroy(mesh);
-    tl_ctx_destroy(w.ctx);
-    return exit_status;
+    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+    return st;
 }
 
 /* VTK's seconds for the operations it has. Its surface filter runs on one thread, its links on all.
@@ -312,20 +310,19 @@ static void json_rows(bench_state *state, const bench_data *data, const mesh_row
 
 int bench_mesh(bench_state *state, const bench_data *data)
 {
-    mesh_row rows[2 * OP_COUNT];
+    mesh_rows rows = {.count = 0};
     unsigned threads[2];
-    size_t row_count = 0;
     int exit_status = CLI_DONE;
     for (size_t i = 0; i < bench_threads(state, threads) && !exit_status; i++)
-        exit_status = measure_ops(state, data, threads[i], rows, &row_count);
+        exit_status = bench_on_mesh(state, data, threads[i], measure_ops, &rows);
     if (!exit_status && cli_get(state->session, CLI_AGAINST_VTK)->given)
-        exit_status = ask_peer(state, data, rows, row_count);
+        exit_status = ask_peer(state, data, rows.rows, rows.count);
     if (exit_status) return exit_status;
     cli_progress_clear(&state->session->progress);
     if (state->rows) {
-        json_rows(state, data, rows, row_count);
+        json_rows(state, data, rows.rows, rows.count);
         return CLI_DONE;
     }
-    tl_status st = print_rows(state->session->ctx, data, rows, row_count);
+    tl_status st = print_rows(state->session->ctx, data, rows.rows, rows.count);
     return st ? cli_fail(state->session, state->session->ctx, st) : CLI_DONE;
 }

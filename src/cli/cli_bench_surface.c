@@ -41,8 +41,10 @@ static tl_status run_slices(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh
     return st;
 }
 
-static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, surface_row *row)
+static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, void *arg)
 {
+    surface_row *row = arg;
+    row->threads = tl_ctx_thread_count(ctx);
     double range[2];
     tl_range_index *ranges = NULL;
     const tl_channel *channel = tl_mesh_channel(mesh, 0);
@@ -56,15 +58,16 @@ static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, s
     if (!st) st = tl_range_index_create(ctx, mesh, channel->values, &ranges);
     row->index_s = cli_now() - start;
     opts.ranges = ranges;
-    size_t triangles = row->triangles;
+    size_t triangles = row->triangles, vertices = row->vertices;
     if (!st) st = run_slices(state, ctx, mesh, channel->values, &opts, &row->indexed, row);
-    state->broken += !st && row->triangles != triangles;
+    state->broken += !st && (row->triangles != triangles || row->vertices != vertices);
     tl_range_index_destroy(ctx, ranges);
     return st;
 }
 
-static int ask_peer(bench_state *state, const bench_data *data, surface_row *row)
+static int ask_peer(bench_state *state, const bench_data *data, void *arg)
 {
+    surface_row *row = arg;
     char runs[24], threads[24], value[40];
     snprintf(runs, sizeof runs, "%llu",
              (unsigned long long)cli_get(state->session, CLI_RUNS)->count);
@@ -85,11 +88,9 @@ static int ask_peer(bench_state *state, const bench_data *data, surface_row *row
     return CLI_DONE;
 }
 
-static void print_json(bench_state *state, const bench_data *data, const surface_row *row)
+static void add_json(json_t *item, const bench_data *data, const void *arg)
 {
-    json_t *item = cli_json_item(state->rows);
-    cli_json_text(item, "data", data->name);
-    cli_json_count(item, "tets", data->tet_count);
+    const surface_row *row = arg;
     cli_json_count(item, "threads", row->threads);
     cli_json_count(item, "triangles", row->triangles);
     cli_json_real(item, "area", row->area);
@@ -103,8 +104,9 @@ static void print_json(bench_state *state, const bench_data *data, const surface
     cli_json_count(item, "vtk_triangles", row->vtk_triangles);
 }
 
-static void print_text(const bench_data *data, const surface_row *row)
+static void print_text(const bench_data *data, const void *arg)
 {
+    const surface_row *row = arg;
     double tets = (double)data->tet_count, plain = bench_median(&row->plain);
     double indexed = bench_median(&row->indexed);
     printf("%u threads   %s triangles, %s vertices, area %s\n", row->threads,
@@ -122,24 +124,7 @@ static void print_text(const bench_data *data, const surface_row *row)
 
 int bench_surface(bench_state *state, const bench_data *data)
 {
-    unsigned threads[2];
-    int exit_status = CLI_DONE;
-    for (size_t i = 0; i < bench_threads(state, threads) && !exit_status; i++) {
-        tl_ctx *ctx = NULL;
-        tl_mesh *mesh = NULL;
-        surface_row row = {.threads = threads[i]};
-        tl_status st = cli_context_create(state->session, threads[i], &ctx);
-        if (st) return cli_fail(state->session, NULL, st);
-        st = tl_mesh_read(ctx, data->path, NULL, &mesh, NULL);
-        if (!st) st = measure(state, ctx, mesh, &row);
-        if (st) exit_status = cli_fail(state->session, ctx, st);
-        tl_mesh_destroy(mesh);
-        tl_ctx_destroy(ctx);
-        if (!exit_status && cli_get(state->session, CLI_AGAINST_VTK)->given)
-            exit_status = ask_peer(state, data, &row);
-        cli_progress_clear(&state->session->progress);
-        if (!exit_status && state->rows) print_json(state, data, &row);
-        if (!exit_status && !state->rows) print_text(data, &row);
-    }
-    return exit_status;
+    static const bench_steps STEPS = {measure, ask_peer, add_json, print_text};
+    surface_row row;
+    return bench_each_threads(state, data, &STEPS, &row, sizeof row);
 }

@@ -126,19 +126,6 @@ typedef struct job {
     double centre[3];
 } job;
 
-static size_t find_locked(const job *j, uint64_t id)
-{
-    size_t low = 0, high = j->locked_count;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (j->locked[middle].id < id)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low < j->locked_count && j->locked[low].id == id ? low : SIZE_MAX;
-}
-
 /* Values that the inputs have where other segments hold the vertex, too. */
 static tl_status take_locked(job *j)
 {
@@ -156,7 +143,8 @@ static tl_status take_locked(job *j)
             st = tli_depot_get(j->ctx, j->a->model->meshes, j->a->model->patches[id].ofs, rows,
                                n * sizeof *rows);
         for (uint32_t v = 0; !st && v < p.patch->vert_count; v++) {
-            size_t at = p.patch->shared[v] ? find_locked(j, p.ids[v]) : SIZE_MAX;
+            size_t at = p.patch->shared[v] ? tli_locked_find(j->locked, j->locked_count, p.ids[v])
+                                           : SIZE_MAX;
             if (at != SIZE_MAX) memcpy(j->locked_rows + at * k, rows + v * k, k * sizeof *rows);
         }
         tl_mem_free(j->ctx, rows);
@@ -231,7 +219,9 @@ static tl_status make_mesh(job *j)
         const tl_patch *p = j->outputs[o].patch;
         for (uint32_t v = 0; v < p->vert_count; v++) {
             const size_t to = j->verts[o][v];
-            size_t at = p->shared[v] ? find_locked(j, j->outputs[o].ids[v]) : SIZE_MAX;
+            size_t at = p->shared[v]
+                            ? tli_locked_find(j->locked, j->locked_count, j->outputs[o].ids[v])
+                            : SIZE_MAX;
             tl_lattice_xyz(&j->a->head->lattice, p->places[v], xyz + 3 * to);
             if (at == SIZE_MAX) continue;
             j->fixed[to] = 1;

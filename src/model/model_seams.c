@@ -194,3 +194,16 @@ void tli_locked_release(tli_locked *locked)
 {
     tli_bins_close(&locked->bins);
 }
+
+size_t tli_locked_find(const tli_locked_vertex *vertices, size_t count, uint64_t id)
+{
+    size_t low = 0, high = count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (vertices[middle].id < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < count && vertices[low].id == id ? low : SIZE_MAX;
+}

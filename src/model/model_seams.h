@@ -63,5 +63,7 @@ tl_status tli_locked_add(tl_ctx *ctx, tli_locked *locked, const tli_locked_verte
 tl_status tli_locked_read(tl_ctx *ctx, const tli_locked *locked, size_t segment,
                           tli_locked_vertex **vertices, size_t *count);
 void tli_locked_release(tli_locked *locked);
+/* Index of the vertex id among vertices [count], which ascend; SIZE_MAX if it is not one. */
+size_t tli_locked_find(const tli_locked_vertex *vertices, size_t count, uint64_t id);
 
 #endif

@@ -59,15 +59,8 @@ typedef struct welder {
 /* Segments that hold a vertex; 1 for one that is not locked. */
 static unsigned holders(const welder *w, uint64_t id)
 {
-    size_t lo = 0, hi = w->locked_count;
-    while (lo < hi) {
-        size_t mid = lo + (hi - lo) / 2;
-        if (w->locked[mid].id < id)
-            lo = mid + 1;
-        else
-            hi = mid;
-    }
-    return lo < w->locked_count && w->locked[lo].id == id ? w->locked[lo].segments : 1;
+    size_t at = tli_locked_find(w->locked, w->locked_count, id);
+    return at == SIZE_MAX ? 1 : w->locked[at].segments;
 }
 
 static void add_quadric(float *to, const float *from, size_t count)
