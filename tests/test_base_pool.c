@@ -15,15 +15,6 @@ static void pause_us(long us)
 static const unsigned thread_counts[] = {1, 2, 3, 8};
 #define THREAD_COUNTS (sizeof thread_counts / sizeof *thread_counts)
 
-static tl_ctx *ctx_create(unsigned thread_count)
-{
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = thread_count;
-    tl_ctx *ctx = NULL;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
 typedef struct work {
     tl_ctx *ctx;
     atomic_uint *visits; /* [item_count] */
@@ -58,7 +49,7 @@ static void test_each_item_once(void **state)
     static atomic_uint visits[5000];
     const size_t counts[] = {0, 1, 2, 63, 64, 65, 4999, 5000}, grains[] = {1, 7, 64, 100000};
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        tl_ctx *ctx = check_context(thread_counts[t]);
         for (size_t c = 0; c < 8; c++)
             for (size_t g = 0; g < 4; g++) {
                 work w = {.ctx = ctx,
@@ -81,7 +72,7 @@ static void test_failure_is_repeatable(void **state)
     (void)state;
     static atomic_uint visits[1000];
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        tl_ctx *ctx = check_context(thread_counts[t]);
         for (int round = 0; round < 300; round++) {
             work w = {.ctx = ctx,
                       .visits = visits,
@@ -117,7 +108,7 @@ static void test_failure_ends_the_job(void **state)
 {
     (void)state;
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        tl_ctx *ctx = check_context(thread_counts[t]);
         atomic_size_t begun = 0;
         CHECK_STATUS(tli_parallel(ctx, 100000, 1, fail_second, &begun), TL_ERR_CANCELLED);
         CHECK_BOUND("pieces begun of 100000", (double)begun, 50000.0);
@@ -163,7 +154,7 @@ static void test_many_short_jobs(void **state)
 {
     (void)state;
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        tl_ctx *ctx = check_context(thread_counts[t]);
         atomic_size_t sum = 0;
         double start = tli_clock_s();
         for (int i = 0; i < 5000; i++) CHECK_OK(ctx, tli_parallel(ctx, 16, 1, sum_up, &sum));
@@ -200,7 +191,7 @@ static tl_status meet(void *arg, size_t begin, size_t end, unsigned worker)
 static void test_threads_run_together(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_context(2);
     meeting m = {0};
     CHECK_OK(ctx, tli_parallel(ctx, 2, 1, meet, &m));
     CHECK(!m.missed);
@@ -269,7 +260,7 @@ static void test_forks_work_inside(void **state)
     (void)state;
     static atomic_uint visits[1000];
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        tl_ctx *ctx = check_context(thread_counts[t]);
         memset(visits, 0, sizeof visits);
         work w = {.ctx = ctx, .visits = visits, .fail_from = SIZE_MAX};
         CHECK_STATUS(tli_parallel(ctx, 100, 1, work_in_fork, &w), TL_OK);

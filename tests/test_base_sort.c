@@ -18,15 +18,6 @@ static uint64_t random_u64(void)
     return random_state;
 }
 
-static tl_ctx *ctx_create(unsigned thread_count)
-{
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = thread_count;
-    tl_ctx *ctx = NULL;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
 static const unsigned thread_counts[] = {1, 2, 5};
 
 typedef enum fill {
@@ -111,7 +102,7 @@ static void test_agrees_with_qsort(void **state)
                 malloc(COUNT_MAX * 4), malloc(COUNT_MAX * 4)};
     CHECK(a.expected && a.keys64 && a.input && a.keys32 && a.values);
     for (size_t t = 0; t < 3; t++) {
-        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        tl_ctx *ctx = check_context(thread_counts[t]);
         for (fill f = 0; f < FILL_COUNT; f++)
             for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
                 for (size_t i = 0; i < counts[c]; i++) a.input[i] = key_of(f, i);
@@ -180,7 +171,7 @@ static void test_hilbert_steps_to_neighbours(void **state)
     uint32_t *order = malloc(COUNT * sizeof *order), *again = malloc(COUNT * sizeof *again);
     const double scales[] = {1, 1e-6, 1e6}, shifts[] = {0, 1e6, -3};
     for (size_t t = 0; t < 3; t++) {
-        tl_ctx *ctx = ctx_create(thread_counts[t]);
+        tl_ctx *ctx = check_context(thread_counts[t]);
         for (size_t i = 0; i < COUNT; i++) {
             size_t cell = i * 20011 % COUNT; /* odd, so a permutation */
             xyz[i][0] = scales[t] * ((double)(cell % SIDE) + shifts[t]);
@@ -195,7 +186,7 @@ static void test_hilbert_steps_to_neighbours(void **state)
         CHECK_BOUND("longest step in cells", longest / scales[t], 1.0 + 1e-3);
         tl_ctx_destroy(ctx);
 
-        ctx = ctx_create(1);
+        ctx = check_context(1);
         CHECK_OK(ctx, tli_sort_hilbert(ctx, xyz[0], COUNT, again));
         CHECK(memcmp(order, again, COUNT * sizeof *order) == 0);
         tl_ctx_destroy(ctx);
@@ -206,7 +197,7 @@ static void test_hilbert_steps_to_neighbours(void **state)
 static void test_hilbert_odd_input(void **state)
 {
     (void)state;
-    tl_ctx *ctx = ctx_create(2);
+    tl_ctx *ctx = check_context(2);
     const double odd[][3] = {{(double)NAN, 0, 0},
                              {1e308, 1e308, -1e308},
                              {0, HUGE_VAL, 0},
@@ -239,7 +230,7 @@ static void test_prints_times(void **state)
 {
     (void)state;
     enum { COUNT = 1 << 20 };
-    tl_ctx *ctx = ctx_create(1);
+    tl_ctx *ctx = check_context(1);
     double(*xyz)[3] = malloc(COUNT * sizeof *xyz);
     uint32_t *order = malloc(COUNT * sizeof *order);
     uint64_t *keys = malloc(COUNT * sizeof *keys);

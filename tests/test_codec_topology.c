@@ -3,13 +3,6 @@
 
 #include "make_patch.h"
 
-static tl_ctx *open_ctx(void)
-{
-    tl_ctx *ctx = NULL;
-    CHECK_STATUS(tl_ctx_create(NULL, &ctx), TL_OK);
-    return ctx;
-}
-
 static void check_same(const tl_patch *a, const tl_patch *b)
 {
     CHECK_EQ(a->vert_count, b->vert_count);
@@ -102,7 +95,7 @@ static double round_trip(tl_ctx *ctx, const tl_lattice *lattice, const make_mesh
 static void grids_return(void **state)
 {
     (void)state;
-    tl_ctx *ctx = open_ctx();
+    tl_ctx *ctx = check_context(0);
     for (int i = 0; i < 5; i++) {
         tli_bits bits = {0};
         make_mesh m = i < 4 ? make_grid(14) : make_grid_cavity(14);
@@ -122,7 +115,7 @@ static void grids_return(void **state)
 static void soups_return(void **state)
 {
     (void)state;
-    tl_ctx *ctx = open_ctx();
+    tl_ctx *ctx = check_context(0);
     for (uint64_t seed = 0; seed < 60; seed++) {
         tli_bits bits = {0};
         make_mesh m = make_soup(4 + seed % 40, seed < 50 ? seed * 3 : 2000, seed);
@@ -141,7 +134,7 @@ static void lossless_places_return(void **state)
     (void)state;
     const tl_lattice lattices[] = {{TL_PLACE_FLOAT32, 0, {0, 0, 0}},
                                    {TL_PLACE_FLOAT64, 0, {0, 0, 0}}};
-    tl_ctx *ctx = open_ctx();
+    tl_ctx *ctx = check_context(0);
     for (int l = 0; l < 2; l++) {
         tli_bits bits = {0};
         make_mesh m = make_grid(8);

@@ -8,15 +8,6 @@
 
 enum { SIDE = 33 }; /* pixels; odd, so that one ray goes through the middle */
 
-static tl_ctx *context(unsigned threads)
-{
-    tl_ctx *ctx = NULL;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = threads;
-    CHECK_OK(NULL, tl_ctx_create(&opts, &ctx));
-    return ctx;
-}
-
 /* Along z through the unit cube. */
 static tl_camera along_z(bool parallel)
 {
@@ -85,7 +76,7 @@ static double nothing(const double x[3])
 static void fog_has_its_depth(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_grid(9);
     make_shuffle(&m, 3);
     for (int parallel = 0; parallel < 2; parallel++) {
@@ -107,7 +98,7 @@ static void fog_has_its_depth(void **state)
 static void linear_fields_are_exact(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_grid(12);
     make_perturb(&m, 0.002, 5);
     for (size_t v = 0; v < m.vert_count; v++) /* the sides stay where they are */
@@ -147,7 +138,7 @@ static void linear_fields_are_exact(void **state)
 static void cavities_are_empty(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh full = make_grid(10), hollow = make_grid_cavity(10);
     tl_camera camera = along_z(true);
     camera.parallel_scale = SIDE / (2.0 * (SIDE - 2)); /* the cube covers whole pixels */
@@ -190,9 +181,9 @@ static void same_for_all_threads(void **state)
     camera.position[0] = 2;
     camera.position[1] = -1;
     tl_image *first = NULL;
-    tl_ctx *one = context(1);
+    tl_ctx *one = check_context(1);
     for (unsigned threads = 1; threads <= 4; threads++) {
-        tl_ctx *ctx = context(threads);
+        tl_ctx *ctx = check_context(threads);
         tl_transfer *t = fog(ctx, 0, 0, 1, 8);
         tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
         if (!first) first = draw(one, &m, height, t, &camera, INFINITY);
@@ -243,7 +234,7 @@ static void meshes_of_any_size(void **state)
 {
     (void)state;
     static const double sizes[] = {0x1p-80, 0x1p-30, 0x1p40, 0x1p80};
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     for (int parallel = 0; parallel < 2; parallel++) {
         tl_image *unit = draw_cube(ctx, 1, parallel);
         CHECK(middle(unit) > 0.1);
@@ -260,7 +251,7 @@ static void meshes_of_any_size(void **state)
 static void empty_meshes_show_nothing(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_room(3, 0);
     tl_camera camera = along_z(false);
     tl_transfer *t = fog(ctx, 0, 1, 1, 1);
@@ -275,7 +266,7 @@ static void empty_meshes_show_nothing(void **state)
 static void hostile_meshes(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_soup(40, 300, 4);
     m.xyz[5] = (double)NAN;
     m.xyz[9] = (double)INFINITY;
@@ -302,7 +293,7 @@ static void hostile_meshes(void **state)
 static void transfer_functions(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(1);
+    tl_ctx *ctx = check_context(1);
     tl_transfer *t = NULL;
     float rgb[3];
     double extinction;

@@ -18,15 +18,6 @@ static double radius(const double x[3])
     return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
-static tl_ctx *context(unsigned threads)
-{
-    tl_ctx *ctx = NULL;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = threads;
-    CHECK_OK(NULL, tl_ctx_create(&opts, &ctx));
-    return ctx;
-}
-
 static tl_polydata *slice(tl_ctx *ctx, const tl_mesh *mesh, const double *values, size_t count,
                           const tl_range_index *ranges)
 {
@@ -56,7 +47,7 @@ static void check_same(const tl_polydata *a, const tl_polydata *b)
 static void plane_has_its_area(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_grid(24);
     make_shuffle(&m, 5);
     tl_mesh *mesh = make_object(ctx, &m, linear);
@@ -98,7 +89,7 @@ static void plane_has_its_area(void **state)
 static void spheres_are_closed(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(3);
+    tl_ctx *ctx = check_context(3);
     make_mesh m = make_grid(40);
     make_perturb(&m, 0.05 / 40, 7);
     make_shuffle(&m, 11);
@@ -143,9 +134,9 @@ static void threads_and_ranges_change_nothing(void **state)
     static const double values[2] = {0.31, 0.32};
     make_mesh m = make_grid(36);
     tl_polydata *first = NULL;
-    tl_ctx *one = context(1);
+    tl_ctx *one = check_context(1);
     for (unsigned threads = 1; threads <= 4; threads++) {
-        tl_ctx *ctx = context(threads);
+        tl_ctx *ctx = check_context(threads);
         tl_mesh *mesh = make_object(ctx, &m, radius);
         tl_range_index *ranges = NULL;
         CHECK_OK(ctx, tl_range_index_create(ctx, mesh, tl_mesh_channel(mesh, 0)->values, &ranges));
@@ -174,7 +165,7 @@ static int by_place(const void *a, const void *b)
 static void parts_meet_exactly(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_grid(20);
     make_perturb(&m, 0.05 / 20, 1);
     tl_mesh *whole = make_object(ctx, &m, radius);
@@ -214,7 +205,7 @@ static void parts_meet_exactly(void **state)
 static void ties_and_numbers_that_are_none(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_grid(12);
     tl_mesh *mesh = make_object(ctx, &m, radius);
     double *scalar = malloc(m.vert_count * sizeof *scalar), value = 1;
@@ -260,7 +251,7 @@ static void ties_and_numbers_that_are_none(void **state)
 static void gradients_of_linear_fields(void **state)
 {
     (void)state;
-    tl_ctx *ctx = context(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_grid(10);
     make_perturb(&m, 0.05 / 10, 2);
     make_shuffle(&m, 4);
@@ -315,7 +306,7 @@ static void failing_memory_leaks_nothing(void **state)
 {
     (void)state;
     fail_alloc f;
-    tl_ctx *ctx = context(1);
+    tl_ctx *ctx = check_context(1);
     make_mesh m = make_grid(8);
     tl_mesh *mesh = make_object(ctx, &m, radius);
     fail_alloc_open(&f, 1);

@@ -6,13 +6,6 @@
 
 #include "tetralod/formats.h"
 
-static tl_ctx *open_ctx(void)
-{
-    tl_ctx *ctx = NULL;
-    CHECK_EQ(tl_ctx_create(NULL, &ctx), TL_OK);
-    return ctx;
-}
-
 static void put_file(const char *path, const void *bytes, size_t byte_count)
 {
     FILE *file = fopen(path, "wb");
@@ -56,7 +49,7 @@ static const foreign foreigns[] = {
 static void test_foreign_formats_are_named(void **state)
 {
     (void)state;
-    tl_ctx *ctx = open_ctx();
+    tl_ctx *ctx = check_context(0);
     for (size_t i = 0; i < sizeof foreigns / sizeof foreigns[0]; i++) {
         const foreign *f = &foreigns[i];
         tl_mesh *mesh = (tl_mesh *)&mesh;
@@ -278,7 +271,7 @@ static void test_real_files(void **state)
     char path[1024];
     data_path(path, real_files[0].path);
     if (access(path, R_OK) != 0) CHECK_SKIP("no data at %s", path);
-    tl_ctx *ctx = open_ctx();
+    tl_ctx *ctx = check_context(0);
     for (size_t i = 0; i < sizeof real_files / sizeof real_files[0]; i++)
         check_file(ctx, &real_files[i]);
     tl_ctx_destroy(ctx);
@@ -292,7 +285,7 @@ static void test_raw_volume_and_solution(void **state)
     tl_read_opts opts = tl_read_opts_defaults();
     data_path(path, "volume/neghip_64x64x64_uint8.raw");
     if (access(path, R_OK) != 0) CHECK_SKIP("no data at %s", path);
-    tl_ctx *ctx = open_ctx();
+    tl_ctx *ctx = check_context(0);
     for (int axis = 0; axis < 3; axis++) opts.raw_dims[axis] = 64;
     CHECK_OK(ctx, tl_mesh_read(ctx, path, &opts, &mesh, NULL));
     CHECK_EQ(tl_mesh_tet_count(mesh), 1250235);

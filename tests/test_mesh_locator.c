@@ -8,15 +8,6 @@
 
 #define CORNERS(p) ((const double(*)[3])(p))
 
-static tl_ctx *open_ctx(unsigned threads)
-{
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = threads;
-    tl_ctx *ctx = NULL;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
 static bool corners_of(const make_mesh *m, size_t tet, double p[4][3])
 {
     bool finite = true;
@@ -95,7 +86,7 @@ static void check_point(const make_mesh *m, const tl_locator *loc, const double 
 /* Random points in and around, corners, points on edges and faces, each from several hints. */
 static void check_mesh(make_mesh m, size_t point_count, uint64_t seed, double bytes_a_tet)
 {
-    tl_ctx *ctx = open_ctx(1);
+    tl_ctx *ctx = check_context(1);
     tl_mesh *mesh = make_object(ctx, &m, NULL);
     tl_lidx *opposite = NULL;
     tl_locator *loc = NULL;
@@ -215,7 +206,7 @@ static void test_hostile(void **state)
 static void test_nothing_to_find(void **state)
 {
     (void)state;
-    tl_ctx *ctx = open_ctx(2);
+    tl_ctx *ctx = check_context(2);
     for (int kind = 0; kind < 2; kind++) {
         make_mesh m = kind ? make_grid(3) : make_room(5, 0);
         for (size_t i = 0; kind && i < 3 * m.vert_count; i++) m.xyz[i] = NAN;
@@ -254,7 +245,7 @@ static void test_threads(void **state)
     make_mesh m = make_grid_cavity(20);
     tl_lidx *first = NULL;
     for (unsigned threads = 1; threads <= 3; threads++) {
-        tl_ctx *ctx = open_ctx(threads);
+        tl_ctx *ctx = check_context(threads);
         tl_mesh *mesh = make_object(ctx, &m, NULL);
         tl_locator *loc = NULL;
         CHECK_OK(ctx, tl_locator_create(ctx, mesh, NULL, &loc));
@@ -297,7 +288,7 @@ static bool see(void *user, tl_lidx tet)
 static void test_boxes(void **state)
 {
     (void)state;
-    tl_ctx *ctx = open_ctx(1);
+    tl_ctx *ctx = check_context(1);
     make_mesh m = make_grid(12);
     uint64_t seed = 9;
     size_t visited = 0, touched = 0;

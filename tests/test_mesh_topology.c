@@ -5,15 +5,6 @@
 
 #define THREADS_MAX 3
 
-static tl_ctx *open_ctx(unsigned threads)
-{
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = threads;
-    tl_ctx *ctx = NULL;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
 /* ---- brute force ---- */
 
 typedef struct face_key {
@@ -193,7 +184,7 @@ static void compare_all(make_mesh m)
 {
     expected e = expect(&m);
     for (unsigned threads = 1; threads <= THREADS_MAX; threads++) {
-        tl_ctx *ctx = open_ctx(threads);
+        tl_ctx *ctx = check_context(threads);
         tl_mesh *mesh = make_object(ctx, &m, NULL);
         compare_adjacency(ctx, &m, mesh, &e);
         compare_incidence(ctx, &m, mesh);
@@ -279,7 +270,7 @@ static void test_small(void **state)
 static void test_bad_index(void **state)
 {
     (void)state;
-    tl_ctx *ctx = open_ctx(2);
+    tl_ctx *ctx = check_context(2);
     make_mesh m = make_grid(12);
     m.tets[4 * 1234 + 2] = (tl_lidx)m.vert_count;
     tl_lidx *a = NULL, *b = NULL;

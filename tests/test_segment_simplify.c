@@ -11,15 +11,6 @@
 #include "tetralod/measure.h"
 #include "tetralod/segment.h"
 
-static tl_ctx *make_ctx(unsigned threads)
-{
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = threads;
-    tl_ctx *ctx = NULL;
-    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
-    return ctx;
-}
-
 /* So little that the sample of 1.2 million tets takes some clusters. */
 static tl_segment_opts small_opts(void)
 {
@@ -57,7 +48,7 @@ static double error_of(tl_ctx *ctx, const tl_mesh *a, const tl_mesh *b, double *
 static void test_ratio(void **state)
 {
     (void)state;
-    tl_ctx *ctx = make_ctx(2);
+    tl_ctx *ctx = check_context(2);
     mkdir("work", 0777);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 50, "in.vtu"));
     tl_simplify_opts opts = tl_simplify_opts_defaults();
@@ -104,7 +95,7 @@ static void test_same_bytes(void **state)
     size_t first_bytes = 0;
     mkdir("work", 0777);
     for (unsigned threads = 1; threads <= 3; threads += 2) {
-        tl_ctx *ctx = make_ctx(threads);
+        tl_ctx *ctx = check_context(threads);
         if (threads == 1) CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 50, "in.vtu"));
         tl_simplify_opts opts = tl_simplify_opts_defaults();
         opts.target_tets = 100000;
@@ -130,7 +121,7 @@ static void test_same_bytes(void **state)
 static void test_bound(void **state)
 {
     (void)state;
-    tl_ctx *ctx = make_ctx(2);
+    tl_ctx *ctx = check_context(2);
     mkdir("work", 0777);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 45, "in.vtu"));
     tl_simplify_opts opts = tl_simplify_opts_defaults();
@@ -158,7 +149,7 @@ static void test_bound(void **state)
 static void test_regions(void **state)
 {
     (void)state;
-    tl_ctx *ctx = make_ctx(2);
+    tl_ctx *ctx = check_context(2);
     mkdir("work", 0777);
     make_mesh m = make_grid(20);
     make_two_regions(&m);
@@ -190,7 +181,7 @@ static void test_regions(void **state)
 static void test_wrong_use(void **state)
 {
     (void)state;
-    tl_ctx *ctx = make_ctx(1);
+    tl_ctx *ctx = check_context(1);
     mkdir("work", 0777);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 6, "in.vtu"));
     tl_simplify_opts opts = tl_simplify_opts_defaults();
