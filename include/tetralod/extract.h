@@ -9,7 +9,7 @@
 #ifndef TETRALOD_EXTRACT_H
 #define TETRALOD_EXTRACT_H
 
-#include "tetralod/mesh.h"
+#include "tetralod/cut.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -50,6 +50,84 @@ TL_API tl_slice_opts tl_slice_opts_defaults(void);
  * Sondershaus 2007, chapter 7; Cignoni et al. 1997, section V. */
 TL_API tl_status tl_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
                                const tl_slice_opts *opts, tl_polydata **triangles);
+
+/* ---- boundary: what can be seen of a mesh from outside ---- */
+
+typedef struct tl_boundary_opts {
+    size_t struct_bytes;
+    const size_t
+        *channels; /* [channel_count] channels of the mesh that are carried along; default
+                      none. borrowed. One on tets gives each triangle vertices of its own */
+    size_t channel_count;
+    bool normals;  /* default true. Of a vertex the mean of its triangles by their angles there */
+    double crease; /* degrees, 0 to 180, default 30: an edge sharper than that divides normals, and
+                      so vertices */
+    bool regions;  /* default true: of a mesh with regions those of the tets, as the channel
+                      "region"; vertices are divided where they meet */
+} tl_boundary_opts;
+TL_API tl_boundary_opts tl_boundary_opts_defaults(void);
+
+/* The triangles of tl_mesh_boundary, in their order, with channels; front sides and normals look
+ * out of positive tets. A vertex is shared by the triangles around it that edges of two triangles
+ * join. opposite of tl_mesh_adjacency, borrowed, or NULL. opts may be NULL. Gives *triangles.
+ * TL_ERR_ARG for options out of range. */
+TL_API tl_status tl_boundary_surface(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
+                                     const tl_boundary_opts *opts, tl_polydata **triangles);
+
+/* ---- edges: features and silhouettes of a surface ---- */
+
+/* Edges of triangles and the triangles beside them, found once and looked at for many cameras; a
+ * surface may come and go in parts, for which only what came and went, and the edges at the rims of
+ * parts, are looked at anew (Sondershaus 2007, 7.1). One thread at a time. */
+typedef struct tl_edges tl_edges;
+TL_API tl_status tl_edges_create(tl_ctx *ctx, tl_edges **edges);
+/* NULL is allowed. */
+TL_API void tl_edges_destroy(tl_ctx *ctx, tl_edges *edges);
+
+/* A part of a surface; copied. Zeroed where not said otherwise. */
+typedef struct tl_edges_part {
+    const double *xyz; /* [vert_count][3], mesh units */
+    size_t vert_count;
+    const uint32_t *shared;   /* [vert_count], or NULL: a number that all parts which share the
+                                 vertex have, too (tl_seams_verts), TL_NONE for those of its own */
+    const tl_lidx *triangles; /* [triangle_count][3] */
+    size_t triangle_count;
+    const int32_t *regions; /* [triangle_count], or NULL: all of region 0 */
+} tl_edges_part;
+/* Adds a part under a number. On failure nothing has changed: TL_ERR_ARG if the number is there
+ * already, TL_ERR_DATA for a corner that is no vertex, TL_ERR_UNSUPPORTED for too many triangles.
+ */
+TL_API tl_status tl_edges_add(tl_ctx *ctx, tl_edges *edges, uint32_t number,
+                              const tl_edges_part *part);
+/* Adds the boundary of a mesh with its regions as a part. opposite as of tl_boundary_surface. */
+TL_API tl_status tl_edges_add_mesh(tl_ctx *ctx, tl_edges *edges, uint32_t number,
+                                   const tl_mesh *mesh, const tl_lidx *opposite);
+/* TL_ERR_ARG if it is not there. */
+TL_API tl_status tl_edges_remove(tl_ctx *ctx, tl_edges *edges, uint32_t number);
+
+/* Which edges, as a set. */
+typedef enum tl_edge_kind {
+    TL_EDGE_SHARP = 1,       /* the normals of its two triangles are more than an angle apart */
+    TL_EDGE_REGION = 2,      /* its two triangles are of different regions */
+    TL_EDGE_OPEN = 4,        /* of one triangle */
+    TL_EDGE_NONMANIFOLD = 8, /* of more than two, or of two that are turned against each other */
+    TL_EDGE_SILHOUETTE = 16  /* one of its two triangles looks at the camera, the other one not */
+} tl_edge_kind;
+
+typedef struct tl_edges_opts {
+    size_t struct_bytes;
+    unsigned kinds;          /* tl_edge_kind; default all but silhouettes */
+    double angle;            /* degrees, 0 to 180, default 30: of sharp edges */
+    const tl_camera *camera; /* of silhouettes; borrowed during a call */
+} tl_edges_opts;
+TL_API tl_edges_opts tl_edges_opts_defaults(void);
+
+/* Edges of the kinds asked for, joined to polylines that end where other than two of them meet;
+ * those that are hidden are among them. A triangle without area is beside no sharp edge and no
+ * silhouette. The order depends on the parts and their numbers alone. Gives *lines. TL_ERR_ARG for
+ * options out of range, or silhouettes without a camera. */
+TL_API tl_status tl_edges_lines(tl_ctx *ctx, tl_edges *edges, const tl_edges_opts *opts,
+                                tl_polydata **lines);
 
 /* ---- scalars to slice, fields to look at ---- */
 

@@ -33,6 +33,29 @@ typedef struct tli_cut_edges {
 tl_status tli_weld_edges(tl_ctx *ctx, const tli_cut_edges *edges, uint32_t *numbers,
                          tli_cut_edge **unique, size_t *vert_count);
 
+/* Sides of triangles by their edges: keys [3 * triangle_count] rising, the smaller vertex in the
+ * upper half, and sides [3 * triangle_count], 3 * triangle + the corner where the side begins,
+ * rising for equal keys. Gives both. TL_ERR_UNSUPPORTED for more than 1,431,655,765 triangles. */
+tl_status tli_sort_sides(tl_ctx *ctx, const tl_lidx *triangles, size_t triangle_count,
+                         uint64_t **keys, uint32_t **sides);
+
+/* One past the last of equal keys from begin on. */
+static inline size_t tli_same_keys(const uint64_t *keys, size_t begin, size_t count)
+{
+    size_t end = begin + 1;
+    while (end < count && keys[end] == keys[begin]) end++;
+    return end;
+}
+
+/* The corner behind, around the triangle. */
+static inline size_t tli_next_corner(size_t corner)
+{
+    return corner % 3 == 2 ? corner - 2 : corner + 1;
+}
+
+/* out: normal of a triangle, one long; false, and 0, if it has none. */
+bool tli_triangle_normal(const double *xyz, const tl_lidx *corners, double out[3]);
+
 /* Spreads the bits of an edge. */
 static inline uint64_t tli_edge_hash(uint64_t verts, uint32_t level)
 {
