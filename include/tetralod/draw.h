@@ -1,5 +1,5 @@
-/* tetralod, stage draw: pictures without window system, GPU or root. The renderer here runs on the
- * processor, and is the reference that others are compared with.
+/* tetralod, stage draw: pictures without window system, GPU or root. The renderer on the processor
+ * is the reference that others are compared with.
  *
  * What returns a status can also fail for TL_ERR_MEMORY and TL_ERR_BUDGET, and runs on the pool.
  * Pictures do not depend on the number of threads. */
@@ -7,6 +7,7 @@
 #define TETRALOD_DRAW_H
 
 #include "tetralod/cut.h"
+#include "tetralod/extract.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -89,6 +90,15 @@ typedef struct tl_volume_opts {
                            costs time */
     double step_depth;  /* optical depth that is integrated as one piece, up to 0.2; default 0.1.
                            The error of a ray falls with its square, the time grows */
+    /* light and gradient opacity take twice the time */
+    const double *gradients; /* [vert_count][3] of the scalar, by mesh unit; default NULL, which lit
+                                and gradient_opacity do not allow. borrowed as the scalar is */
+    bool lit;                /* light from the camera, gradients as normals; default false */
+    double ambient, diffuse, specular, shininess; /* as of tl_look; default 0.4, 0.6, 0.2, 20 */
+    double gradient_opacity; /* length of the gradient, in units of the scalar by mesh unit, from
+                                which on opacity is full; below, extinction falls in proportion, so
+                                that only where values change is seen. 0 (default): opacity is that
+                                of the transfer function */
 } tl_volume_opts;
 TL_API tl_volume_opts tl_volume_opts_defaults(void);
 
@@ -101,6 +111,109 @@ TL_API tl_volume_opts tl_volume_opts_defaults(void);
 TL_API tl_status tl_draw_volume(tl_ctx *ctx, const tl_volume *volume, const double *scalar,
                                 const tl_transfer *transfer, const tl_camera *camera,
                                 const tl_volume_opts *opts, tl_image *image);
+
+/* ---- the renderer: things that are added once and drawn many times ---- */
+
+typedef enum tl_renderer_kind {
+    TL_RENDERER_AUTO = 0, /* GL where it is a real GPU, else the processor */
+    TL_RENDERER_CPU = 1,
+    TL_RENDERER_GL = 2,
+    TL_RENDERER_NULL = 3 /* checks calls and data, draws nothing */
+} tl_renderer_kind;
+
+/* Things and what draws them. One thread at a time. */
+typedef struct tl_renderer tl_renderer;
+/* A thing in a renderer; 0: none. Numbers are not used again. */
+typedef uint32_t tl_item;
+
+/* Gives *renderer. TL_ERR_UNSUPPORTED for TL_RENDERER_GL where there is none. */
+TL_API tl_status tl_renderer_create(tl_ctx *ctx, tl_renderer_kind kind, tl_renderer **renderer);
+/* Removes what is in it. NULL is allowed. ctx as it was made with, here and below. */
+TL_API void tl_renderer_destroy(tl_ctx *ctx, tl_renderer *renderer);
+/* "cpu", "gl: NAME OF THE DEVICE", "null"; lives as long as the renderer. */
+TL_API const char *tl_renderer_name(const tl_renderer *renderer);
+
+/* How a thing looks. Light comes from the camera to both sides of a surface: with c the cosine of
+ * the angle between normal and view, a colour is color * (ambient + diffuse * c) + specular *
+ * c^shininess, at most 1. */
+typedef struct tl_look {
+    size_t struct_bytes;
+    double rgb[3];               /* sRGB, 0 to 1; default a light grey */
+    const double *scalar;        /* [vert_count] colours by value; default NULL: rgb. borrowed */
+    const tl_transfer *transfer; /* colours of the scalar, which it comes with. borrowed */
+    double opacity;              /* 0 to 1, default 1 */
+    bool lit;                    /* default true; false: the colour as it is */
+    double ambient, diffuse, specular; /* 0 to 1; default 0.3, 0.7, 0.15 */
+    double shininess;                  /* 1 to 1,000; default 30 */
+} tl_look;
+TL_API tl_look tl_look_defaults(void);
+
+typedef enum tl_line_shape {
+    TL_LINE_FLAT = 0,  /* a band of one brightness */
+    TL_LINE_TUBE = 1,  /* lit as a cylinder */
+    TL_LINE_RIBBON = 2 /* lit as a band that lies in the surface of the normals of the lines */
+} tl_line_shape;
+typedef struct tl_line_opts {
+    size_t struct_bytes;
+    tl_line_shape shape;  /* default TL_LINE_TUBE */
+    double width_px;      /* pixels, above 0; default 2 */
+    double width;         /* mesh units; above 0: instead of width_px, near lines are wider */
+    double halo_px;       /* pixels beside a line where it hides what is behind it; default 0 */
+    double dash, gap;     /* mesh units along the line that are drawn and left out; default 0: no
+                             gaps */
+    double phase;         /* mesh units by which dashes and arrows are moved along; default 0 */
+    double arrow_spacing; /* mesh units from one arrow to the next; default 0: no arrows */
+} tl_line_opts;
+TL_API tl_line_opts tl_line_opts_defaults(void);
+
+typedef struct tl_point_opts {
+    size_t struct_bytes;
+    double radius_px; /* pixels, above 0; default 1.5 */
+    double radius;    /* mesh units; above 0: instead of radius_px, near points are larger */
+    bool scale_depth; /* fewer points where they are far, so that they stay as dense on the picture
+                         (Sondershaus 2007, 7.2); default false */
+} tl_point_opts;
+TL_API tl_point_opts tl_point_opts_defaults(void);
+
+/* Each adds a thing and gives its number, which may be NULL. Looks and options may be NULL
+ * (defaults) and are copied; all that they point to and the other things given are borrowed until
+ * the thing is removed, and do not change meanwhile. TL_ERR_ARG for numbers out of range, another
+ * kind of polydata, corners that are none; TL_ERR_UNSUPPORTED for what the back end does not draw.
+ */
+
+/* As of tl_draw_volume. A renderer draws one volume: TL_ERR_UNSUPPORTED for a second one. */
+TL_API tl_status tl_renderer_add_volume(tl_ctx *ctx, tl_renderer *renderer, const tl_volume *volume,
+                                        const double *scalar, const tl_transfer *transfer,
+                                        const tl_volume_opts *opts, tl_item *item);
+/* Triangles, lit by their normals where there are, else flat. Triangles without area or with a
+ * corner that is not finite are not seen. */
+TL_API tl_status tl_renderer_add_surface(tl_ctx *ctx, tl_renderer *renderer,
+                                         const tl_polydata *triangles, const tl_look *look,
+                                         tl_item *item);
+TL_API tl_status tl_renderer_add_lines(tl_ctx *ctx, tl_renderer *renderer, const tl_polydata *lines,
+                                       const tl_look *look, const tl_line_opts *opts,
+                                       tl_item *item);
+TL_API tl_status tl_renderer_add_points(tl_ctx *ctx, tl_renderer *renderer,
+                                        const tl_polydata *points, const tl_look *look,
+                                        const tl_point_opts *opts, tl_item *item);
+/* The slices of tl_slice_mesh, made where they are drawn, with the gradient of the scalar as
+ * normals. scalar [vert_count] of the mesh, as is the scalar of the look; values [value_count] are
+ * copied. */
+TL_API tl_status tl_renderer_add_slices(tl_ctx *ctx, tl_renderer *renderer, const tl_mesh *mesh,
+                                        const double *scalar, const double *values,
+                                        size_t value_count, const tl_look *look, tl_item *item);
+/* Moves slices to other values. TL_ERR_ARG for an item that is none. */
+TL_API tl_status tl_renderer_set_slices(tl_ctx *ctx, tl_renderer *renderer, tl_item item,
+                                        const double *values, size_t value_count);
+/* 0 and numbers of things that were removed are allowed. */
+TL_API void tl_renderer_remove(tl_ctx *ctx, tl_renderer *renderer, tl_item item);
+
+/* Draws all things in front of what the picture holds, up to its depth: the nearest opaque ones,
+ * before them translucent ones in order of depth, with what the volume has in between (Cignoni et
+ * al. 1997, V). At equal depth the thing added last is in front. Depth becomes that of the nearest
+ * opaque thing. TL_ERR_ARG as of tl_draw_volume. */
+TL_API tl_status tl_renderer_draw(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
+                                  tl_image *image);
 
 #ifdef __cplusplus
 }

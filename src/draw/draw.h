@@ -66,6 +66,12 @@ typedef struct tli_door_hit {
     double z;
 } tli_door_hit;
 
+/* Options over the defaults, checked. */
+tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volume_opts *opts);
+/* TL_ERR_ARG for numbers of light that are out of range. */
+tl_status tli_light_check(tl_ctx *ctx, double ambient, double diffuse, double specular,
+                          double shininess);
+
 enum { TLI_TILE_PX = 16 };
 
 /* Faces that may be seen in each tile. */

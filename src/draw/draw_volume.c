@@ -81,8 +81,32 @@ void tl_volume_destroy(tl_ctx *ctx, tl_volume *volume)
 
 tl_volume_opts tl_volume_opts_defaults(void)
 {
-    return (tl_volume_opts){
-        .struct_bytes = sizeof(tl_volume_opts), .opacity_end = 0.999, .step_depth = 0.1};
+    return (tl_volume_opts){.struct_bytes = sizeof(tl_volume_opts),
+                            .opacity_end = 0.999,
+                            .step_depth = 0.1,
+                            .ambient = 0.4,
+                            .diffuse = 0.6,
+                            .specular = 0.2,
+                            .shininess = 20};
+}
+
+tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volume_opts *opts)
+{
+    *opts = tl_volume_opts_defaults();
+    tl_status st = tli_opts_take(ctx, "tl_volume_opts", given, opts, sizeof *opts);
+    if (st) return st;
+    if (!(opts->step_depth > 0) || opts->step_depth > STEP_DEPTH_MAX || !(opts->opacity_end > 0) ||
+        opts->opacity_end > 1)
+        return tl_fail(ctx, TL_ERR_ARG, "step depth %g, end of rays at opacity %g are out of range",
+                       opts->step_depth, opts->opacity_end);
+    if (!(opts->gradient_opacity >= 0) || !isfinite(opts->gradient_opacity))
+        return tl_fail(ctx, TL_ERR_ARG, "a gradient opacity of %g, expected 0 or more",
+                       opts->gradient_opacity);
+    if ((opts->lit || opts->gradient_opacity > 0) && !opts->gradients)
+        return tl_fail(ctx, TL_ERR_ARG,
+                       "a volume that is lit or has gradient opacity without "
+                       "gradients");
+    return tli_light_check(ctx, opts->ambient, opts->diffuse, opts->specular, opts->shininess);
 }
 
 /* ---- a picture ---- */
@@ -152,17 +176,15 @@ tl_status tl_draw_volume(tl_ctx *ctx, const tl_volume *volume, const double *sca
                          const tl_volume_opts *opts, tl_image *image)
 {
     tli_frame frame;
-    tl_volume_opts own = tl_volume_opts_defaults();
+    tl_volume_opts own;
     picture p = {.volume = volume,
                  .frame = &frame,
                  .scalar = scalar,
                  .follow = tli_cast_best(),
                  .image = image};
-    tl_status st = tli_opts_take(ctx, "tl_volume_opts", opts, &own, sizeof own);
-    if (!st && (!(own.step_depth > 0) || own.step_depth > STEP_DEPTH_MAX ||
-                !(own.opacity_end > 0) || own.opacity_end > 1))
-        st = tl_fail(ctx, TL_ERR_ARG, "step depth %g, end of rays at opacity %g are out of range",
-                     own.step_depth, own.opacity_end);
+    tl_status st = tli_volume_opts_take(ctx, opts, &own);
+    if (!st && (own.lit || own.gradient_opacity > 0))
+        st = tl_fail(ctx, TL_ERR_UNSUPPORTED, "volumes are not lit");
     if (!st) st = tli_frame_set(ctx, camera, image, &frame);
     if (st) return st;
     p.cast = (tli_cast){.cells = volume->cells,

@@ -1,0 +1,57 @@
+/* Stage draw, internal: what a renderer is made of: the things in it, and the table of functions
+ * that each back end fills. The front (draw_renderer.c) has checked all arguments before a back end
+ * sees them. */
+#ifndef TETRALOD_SRC_DRAW_BACKEND_H
+#define TETRALOD_SRC_DRAW_BACKEND_H
+
+#include "draw/draw.h"
+
+typedef enum tli_item_kind {
+    TLI_ITEM_VOLUME,
+    TLI_ITEM_SURFACE,
+    TLI_ITEM_LINES,
+    TLI_ITEM_POINTS,
+    TLI_ITEM_SLICES
+} tli_item_kind;
+
+/* A thing as its caller gave it. */
+typedef struct tli_item {
+    tl_item id;
+    tli_item_kind kind;
+    const tl_volume *volume;
+    const tl_mesh *mesh; /* of slices */
+    const tl_polydata *polydata;
+    const double *scalar;        /* of volumes and slices */
+    const tl_transfer *transfer; /* of volumes */
+    tl_look look;                /* of all but volumes */
+    tl_volume_opts volume_opts;
+    tl_line_opts line_opts;
+    tl_point_opts point_opts;
+    double *values; /* of slices; copied */
+    size_t value_count;
+    void *own; /* of the back end, from add to remove */
+} tli_item;
+
+/* state is what open gave. */
+typedef struct tli_backend {
+    /* Gives *state. TL_ERR_UNSUPPORTED where the back end can't work. */
+    tl_status (*open)(tl_ctx *ctx, void **state);
+    void (*close)(tl_ctx *ctx, void *state);
+    const char *(*name)(const void *state);
+    /* True if it is faster than the processor. */
+    bool (*is_fast)(const void *state);
+    /* Makes item->own, or fails and leaves nothing behind. */
+    tl_status (*add)(tl_ctx *ctx, void *state, tli_item *item);
+    /* The values of slices are others; a failure leaves what was there before. */
+    tl_status (*change)(tl_ctx *ctx, void *state, tli_item *item);
+    void (*remove)(tl_ctx *ctx, void *state, tli_item *item);
+    tl_status (*draw)(tl_ctx *ctx, void *state, tli_item *const *items, size_t item_count,
+                      const tl_camera *camera, tl_image *image);
+} tli_backend;
+
+extern const tli_backend tli_backend_cpu, tli_backend_null;
+#if TETRALOD_WITH_GL
+extern const tli_backend tli_backend_gl;
+#endif
+
+#endif
