@@ -101,17 +101,6 @@ static int check_words(const cli_session *session)
     return CLI_DONE;
 }
 
-static int unknown_channel(const cli_session *session, const request *r, const char *name)
-{
-    cli_misuse(session->args.verb, "the model has no channel '%s'", name);
-    fputs("  channels:", stderr);
-    for (size_t c = 0; c < r->head->channel_count; c++)
-        if (cli_in_step(&r->head->channels[c], &r->step))
-            fprintf(stderr, " '%s'", cli_name(r->head->channels[c].name).s);
-    fputs(r->head->channel_count ? "\n" : " none\n", stderr);
-    return CLI_WRONG_USE;
-}
-
 /* Sets the bounds of channels; those for one channel stand before those for all. */
 static int set_bounds(const cli_session *session, const request *r, cli_id id, double *bounds)
 {
@@ -135,7 +124,7 @@ static int set_bounds(const cli_session *session, const request *r, cli_id id, d
                 bounds[c] = percent ? value * range : value;
                 found = true;
             }
-            if (named && !found) return unknown_channel(session, r, name);
+            if (named && !found) return cli_unknown_in_model(session, r->head, &r->step, name);
         }
     return CLI_DONE;
 }
@@ -163,7 +152,7 @@ static int add_channels(const cli_session *session, request *r, const char *list
             if (cli_in_step(&r->head->channels[c], &r->step) &&
                 strcmp(r->head->channels[c].name, name) == 0)
                 found = c;
-        if (found == SIZE_MAX) return unknown_channel(session, r, name);
+        if (found == SIZE_MAX) return cli_unknown_in_model(session, r->head, &r->step, name);
         for (size_t i = 0; i < r->channel_count; i++)
             if (r->channels[i] == found) found = SIZE_MAX;
         if (found != SIZE_MAX) r->channels[r->channel_count++] = found;

@@ -30,6 +30,9 @@ bool cli_next_step(const tl_store_head *head, cli_model_step *step);
 int cli_choose_step(const cli_session *session, const tl_store_head *head, cli_model_step *chosen);
 /* Whether a channel is there at that step: it is of it, or of none. */
 bool cli_in_step(const tl_store_channel *channel, const cli_model_step *step);
+/* Says that a model's step has no channel of that name and which it has; returns CLI_WRONG_USE. */
+int cli_unknown_in_model(const cli_session *session, const tl_store_head *head,
+                         const cli_model_step *step, const char *name);
 
 /* What 'info' says of a model. Returns an exit status. */
 int cli_info_store(cli_session *session, const char *path);

@@ -71,3 +71,15 @@ int cli_choose_step(const cli_session *session, const tl_store_head *head, cli_m
     }
     return last || chosen->number == wanted ? CLI_DONE : unknown_step(session, head);
 }
+
+int cli_unknown_in_model(const cli_session *session, const tl_store_head *head,
+                         const cli_model_step *step, const char *name)
+{
+    cli_misuse(session->args.verb, "the model has no channel '%s'", cli_name(name).s);
+    fputs("  channels:", stderr);
+    for (uint32_t c = 0; c < head->channel_count; c++)
+        if (cli_in_step(&head->channels[c], step))
+            fprintf(stderr, " '%s'", cli_name(head->channels[c].name).s);
+    fputs(head->channel_count ? "\n" : " none\n", stderr);
+    return CLI_WRONG_USE;
+}

@@ -142,18 +142,6 @@ static int set_channel(const cli_session *session, request *r, const char **file
     return r->channel ? CLI_DONE : cli_unknown_channel(session, r->mesh, text);
 }
 
-static tl_status set_scalar(tl_ctx *ctx, request *r)
-{
-    tl_status st = TL_OK;
-    size_t count = tl_mesh_vert_count(r->mesh), n = r->channel->components;
-    r->scalar = r->channel->values;
-    if (n == 1) return st;
-    r->lengths = tl_mem_alloc(ctx, count, sizeof *r->lengths, &st);
-    if (!st) cli_lengths(r->channel, count, r->lengths);
-    r->scalar = r->lengths;
-    return st;
-}
-
 /* Opacities from the histogram by volume: each vertex stands for a quarter of its tets. */
 static tl_status look_at_values(tl_ctx *ctx, request *r)
 {
@@ -187,7 +175,9 @@ static int set_look(cli_session *session, request *r)
     const char *file, *map = cli_get(session, CLI_COLORMAP)->text;
     const cli_value *range = cli_get(session, CLI_RANGE);
     int failed = set_channel(session, r, &file);
-    tl_status st = failed ? TL_OK : set_scalar(session->ctx, r);
+    tl_status st = failed ? TL_OK
+                          : cli_volume_scalar(session->ctx, r->channel, tl_mesh_vert_count(r->mesh),
+                                              &r->lengths, &r->scalar);
     if (failed || st) return failed ? failed : cli_fail(session, session->ctx, st);
     if (file) failed = cli_points_read(session->ctx, file, &r->points);
     if (!failed && !r->points.opacity_count) st = look_at_values(session->ctx, r);

@@ -26,7 +26,8 @@ typedef struct request {
     size_t value_count;
     double plane[6];
     const tl_channel *channel; /* of the values */
-    double *scalar;            /* [vert_count] that is sliced */
+    const double *scalar;      /* [vert_count] that is sliced */
+    double *own;               /* scalar where it is no channel */
     double *gradients;         /* of it, or NULL */
     size_t *carried;
     size_t carried_count;
@@ -91,20 +92,6 @@ static int set_values(const cli_session *session, request *r)
     return CLI_DONE;
 }
 
-/* The channel itself, or the lengths of its vectors. */
-static tl_status set_scalar(tl_ctx *ctx, request *r)
-{
-    tl_status st = TL_OK;
-    size_t count = tl_mesh_vert_count(r->mesh);
-    r->scalar = tl_mem_alloc(ctx, count, sizeof *r->scalar, &st);
-    if (st) return st;
-    if (r->channel->components == 1)
-        memcpy(r->scalar, r->channel->values, count * sizeof *r->scalar);
-    else
-        cli_lengths(r->channel, count, r->scalar);
-    return st;
-}
-
 static int set_plane(const cli_session *session, request *r)
 {
     const char *text = cli_get(session, CLI_PLANE)->text;
@@ -119,10 +106,10 @@ static tl_status make_scalar(cli_session *session, request *r)
     tl_status st = TL_OK;
     size_t count = tl_mesh_vert_count(r->mesh);
     if (r->channel) {
-        st = set_scalar(session->ctx, r);
+        st = cli_volume_scalar(session->ctx, r->channel, count, &r->own, &r->scalar);
     } else {
-        r->scalar = tl_mem_alloc(session->ctx, count, sizeof *r->scalar, &st);
-        if (!st) st = tl_plane_distance(session->ctx, r->mesh, r->plane, r->plane + 3, r->scalar);
+        r->scalar = r->own = tl_mem_alloc(session->ctx, count, sizeof *r->own, &st);
+        if (!st) st = tl_plane_distance(session->ctx, r->mesh, r->plane, r->plane + 3, r->own);
     }
     if (st || cli_get(session, CLI_NO_NORMALS)->given) return st;
     tl_channel scalar = {.name = "scalar", .components = 1, .values = r->scalar};
@@ -256,7 +243,7 @@ static int run(cli_session *session)
     exit_status = make_surface(session, &volume, &r);
     tl_mem_free(session->ctx, r.carried);
     tl_mem_free(session->ctx, r.gradients);
-    tl_mem_free(session->ctx, r.scalar);
+    tl_mem_free(session->ctx, r.own);
     cli_volume_close(session, &volume);
     return exit_status;
 }

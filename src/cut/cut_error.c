@@ -49,6 +49,10 @@ static tl_status check_query(tl_ctx *ctx, const tl_cut_query *q, size_t channel_
     for (size_t i = 0; q->opacity && i < channel_count * TL_BINS; i++)
         if (!(q->opacity[i] >= 0 && q->opacity[i] <= 1))
             return tl_fail(ctx, TL_ERR_ARG, "opacity %g, expected 0 to 1", (double)q->opacity[i]);
+    for (size_t i = 0; q->unseen && i < channel_count * TL_BINS; i++)
+        if (!(q->unseen[i] >= 0))
+            return tl_fail(ctx, TL_ERR_ARG, "an error of %g is not seen, expected 0 or more",
+                           (double)q->unseen[i]);
     tl_status st = check_bounds(ctx, &q->bounds, channel_count);
     return st || !q->box ? st : check_bounds(ctx, &q->outside, channel_count);
 }
@@ -61,14 +65,20 @@ static bool same_bounds(const tl_cut_bounds *a, const tl_cut_bounds *b, size_t c
     return !a->channels || !memcmp(a->channels, b->channels, channel_count * sizeof(double));
 }
 
+static bool same_floats(const float *a, const float *b, size_t count)
+{
+    return a && b ? !memcmp(a, b, count * sizeof *a) : a == b;
+}
+
 static bool same_query(const tli_asked *a, const tl_cut_query *q)
 {
     size_t opacities = a->channel_count * TL_BINS;
     if (a->generation == 0 || a->has_box != (q->box != NULL) || a->level != q->level ||
-        !a->opacity != !q->opacity || !same_bounds(&a->inside, &q->bounds, a->channel_count))
+        !same_bounds(&a->inside, &q->bounds, a->channel_count))
         return false;
     if (q->box && !same_bounds(&a->outside, &q->outside, a->channel_count)) return false;
-    return !q->opacity || !memcmp(a->opacity, q->opacity, opacities * sizeof *q->opacity);
+    return same_floats(a->opacity, q->opacity, opacities) &&
+           same_floats(a->unseen, q->unseen, opacities);
 }
 
 static bool is_any(const tl_cut_bounds *b, size_t channel_count)
@@ -78,11 +88,11 @@ static bool is_any(const tl_cut_bounds *b, size_t channel_count)
     return !isfinite(b->boundary) && !isfinite(b->space) && !isfinite(b->classified);
 }
 
-static const double *copy_doubles(tl_ctx *ctx, const double *from, size_t count, tl_status *st)
+static void *copy_numbers(tl_ctx *ctx, const void *from, size_t count, size_t bytes, tl_status *st)
 {
     if (!from) return NULL;
-    double *to = tl_mem_alloc(ctx, count, sizeof *to, st);
-    if (to) memcpy(to, from, count * sizeof *to);
+    void *to = tl_mem_alloc(ctx, count, bytes, st);
+    if (to) memcpy(to, from, count * bytes);
     return to;
 }
 
@@ -91,6 +101,7 @@ static void drop_copies(const tli_asked *a)
     tl_mem_free(a->ctx, (void *)(uintptr_t)a->inside.channels);
     tl_mem_free(a->ctx, (void *)(uintptr_t)a->outside.channels);
     tl_mem_free(a->ctx, a->opacity);
+    tl_mem_free(a->ctx, a->unseen);
 }
 
 /* Own copies of the arrays of a new query. */
@@ -101,16 +112,16 @@ static tl_status copy_query(tli_asked *a, const tl_cut_query *q)
     size_t opacities = a->channel_count * TL_BINS;
     fresh.inside = q->bounds;
     fresh.outside = q->outside;
-    fresh.opacity = NULL;
-    fresh.inside.channels = copy_doubles(a->ctx, q->bounds.channels, a->channel_count, &st);
-    fresh.outside.channels =
-        q->box ? copy_doubles(a->ctx, q->outside.channels, a->channel_count, &st) : NULL;
-    if (q->opacity) fresh.opacity = tl_mem_alloc(a->ctx, opacities, sizeof *fresh.opacity, &st);
+    fresh.inside.channels =
+        copy_numbers(a->ctx, q->bounds.channels, a->channel_count, sizeof(double), &st);
+    fresh.outside.channels = copy_numbers(a->ctx, q->box ? q->outside.channels : NULL,
+                                          a->channel_count, sizeof(double), &st);
+    fresh.opacity = copy_numbers(a->ctx, q->opacity, opacities, sizeof(float), &st);
+    fresh.unseen = copy_numbers(a->ctx, q->unseen, opacities, sizeof(float), &st);
     if (st) {
         drop_copies(&fresh);
         return st;
     }
-    if (q->opacity) memcpy(fresh.opacity, q->opacity, opacities * sizeof *fresh.opacity);
     drop_copies(a);
     *a = fresh;
     a->generation++;
@@ -157,8 +168,8 @@ static double largest(double a, double b)
     return b > a ? b : a;
 }
 
-/* Largest spatial error over the visible bins of all channels; where nothing is said of opacity, of
- * those that have isosurfaces. */
+/* Largest spatial error over the visible bins of all channels whose field error shows; where
+ * nothing is said of opacity, of those that have isosurfaces. */
 static double visible_space_error(const tli_asked *a, const tl_store_head *head,
                                   const tl_segment_info *s)
 {
@@ -166,9 +177,11 @@ static double visible_space_error(const tli_asked *a, const tl_store_head *head,
     for (size_t c = 0; c < a->channel_count; c++) {
         const tl_store_channel *channel = &head->channels[c];
         bool is_seen = channel->components == 1 && channel->on == TL_ON_VERTEX;
-        for (size_t b = c * TL_BINS; b < (c + 1) * TL_BINS; b++)
-            if (a->opacity ? a->opacity[b] > 0 : is_seen)
+        for (size_t b = c * TL_BINS; b < (c + 1) * TL_BINS; b++) {
+            bool shows = a->unseen ? s->field_bins[b] > a->unseen[b] : true;
+            if (shows && (a->opacity ? a->opacity[b] > 0 : is_seen))
                 worst = largest(worst, (double)s->space_bins[b]);
+        }
     }
     return worst;
 }

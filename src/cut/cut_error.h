@@ -12,7 +12,7 @@ typedef struct tli_asked {
     size_t channel_count;
     uint32_t generation;
     tl_cut_bounds inside, outside; /* channels point to own copies, or are NULL */
-    float *opacity;                /* [channel_count][TL_BINS] or NULL */
+    float *opacity, *unseen;       /* [channel_count][TL_BINS] or NULL */
     double box[6];
     bool has_box, has_camera;
     bool spends; /* no bound, no pixels, no level: budgets alone steer */
