@@ -142,6 +142,52 @@ TL_API tl_status tl_plane_distance(tl_ctx *ctx, const tl_mesh *mesh, const doubl
 TL_API tl_status tl_mesh_gradient(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
                                   double *out);
 
+/* What can be made of a channel. Of vectors u, with the gradients of tl_mesh_gradient. */
+typedef enum tl_derived {
+    TL_DERIVED_MAGNITUDE = 0,  /* Euclidean norm of any number of components */
+    TL_DERIVED_GRADIENT = 1,   /* [components][3] of any number of components */
+    TL_DERIVED_DIVERGENCE = 2, /* of 3 components */
+    TL_DERIVED_VORTICITY = 3,  /* [3], curl u of 3 components */
+    TL_DERIVED_Q = 4 /* of 3 components: half of what the squared norm of the antisymmetric part of
+                        grad u has above that of the symmetric one (Hunt 1988) */
+} tl_derived;
+/* Components of the result; 0 if it can't be made of so many. */
+TL_API uint32_t tl_derived_components(tl_derived derived, uint32_t components);
+/* out [vert_count or tet_count][tl_derived_components]. TL_ERR_ARG for components it can't be made
+ * of, and for all but the magnitude of a channel on tets. */
+TL_API tl_status tl_derive(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
+                           tl_derived derived, double *out);
+
+/* ---- expressions of channels ---- */
+
+/* A formula, read once. Immutable.
+ *
+ * Operands: numbers, pi, positions x y z, names of channels; a name with other characters than
+ * letters, digits and _, or that is one of these words, stands in single or double quotes (a quote
+ * in it twice). Components: U.x U.y U.z U[0] U[1] ...
+ * Operators, from loose to tight: || && (== != < <= > >=) (+ -) (* /) (- + ! in front) ^. What is
+ * not 0 is true; a comparison is 1 or 0. Operators and functions of numbers work by component, a
+ * scalar with each component of a vector.
+ * Functions: abs sqrt exp log log10 sin cos tan (radians) atan2(y, x) min max (of two or more; NaN
+ * only if all are) if(condition, then, else) vec(a, b, ...) mag(v) norm(v) (v made one long; 0
+ * stays 0) dot(u, v) cross(u, v), and on vertices grad(s) (3 components for each of s) div(v)
+ * curl(v) qcriterion(v), as of tl_derive, of any expression. */
+typedef struct tl_expression tl_expression;
+/* Gives *expression. TL_ERR_ARG names the column, from 1, and what was expected there; a text has
+ * at most 4,096 bytes. */
+TL_API tl_status tl_expression_parse(tl_ctx *ctx, const char *text, tl_expression **expression);
+/* NULL is allowed. */
+TL_API void tl_expression_destroy(tl_ctx *ctx, tl_expression *expression);
+/* Values of an expression over a mesh: on vertices if all of its names are channels on vertices,
+ * else on tets, whose positions are their centroids. Fills *channel, without a name; gives
+ * channel->values (tl_mem_free). TL_ERR_ARG for names that are none, or not on the same kind of
+ * element, and for components that don't fit, with the column. */
+TL_API tl_status tl_expression_evaluate(tl_ctx *ctx, const tl_expression *expression,
+                                        const tl_mesh *mesh, tl_channel *channel);
+/* Adds an expression's values as a channel while the mesh is still its builder's alone. TL_ERR_ARG
+ * also for a name that is taken. */
+TL_API tl_status tl_mesh_derive(tl_ctx *ctx, tl_mesh *mesh, const char *name, const char *text);
+
 #ifdef __cplusplus
 }
 #endif
