@@ -724,6 +724,77 @@ static void dealt_at_borders(void **state)
     close_ctx(ctx);
 }
 
+/* A fan of triangles around an apex, from angle, over a ring at height 0. */
+static soup make_fan(size_t count, double angle, const double apex[3])
+{
+    const double turn = 2 * acos(-1);
+    soup s = soup_room(count + 1, count);
+    memcpy(s.xyz, apex, 3 * sizeof *apex);
+    for (size_t i = 0; i < count; i++) {
+        s.xyz[3 * i + 3] = cos(angle + turn * (double)i / (double)count);
+        s.xyz[3 * i + 4] = sin(angle + turn * (double)i / (double)count);
+        const tl_lidx t[3] = {0, (tl_lidx)(1 + i), (tl_lidx)(1 + (i + 1) % count)};
+        memcpy(s.triangles + 3 * i, t, sizeof t);
+    }
+    return s;
+}
+
+typedef struct dealt_by_label {
+    const tli_surface *to;
+    const uint32_t *labels;
+    double farthest; /* of a piece from the triangles of its label */
+} dealt_by_label;
+
+static tl_status sample_piece(void *user, const double c[9], uint32_t label)
+{
+    dealt_by_label *d = user;
+    const int n = 20;
+    for (int i = 0; i <= n; i++)
+        for (int j = 0; i + j <= n; j++) {
+            double x[3], nearest = (double)INFINITY;
+            for (int k = 0; k < 3; k++)
+                x[k] = c[k] + i * (c[3 + k] - c[k]) / n + j * (c[6 + k] - c[k]) / n;
+            for (size_t t = 0; t < d->to->triangle_count; t++)
+                if (d->labels[t] == label)
+                    nearest = fmin(nearest, tli_surface_distance2(d->to, (tl_lidx)t, x));
+            d->farthest = fmax(d->farthest, sqrt(nearest));
+        }
+    return TL_OK;
+}
+
+/* Where many labels meet at a corner, a piece over it crosses no border beside itself and still
+ * must not be dealt to a label that part of it is far from. */
+static void dealt_around_a_corner(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_context(1);
+    const double tip[3] = {0, 0, 0.3}, other[3] = {0.012, 0.007, 0.31}, least = 0.001;
+    for (int turn = 0; turn < 24; turn++) {
+        soup below = make_fan(8, 0, tip), above = make_fan(5, turn * 0.05, other);
+        tli_surface to = make_surface(ctx, &below), from = make_surface(ctx, &above);
+        uint32_t labels[8];
+        uint8_t borders[8], none[5] = {0};
+        for (size_t t = 0; t < 8; t++) {
+            labels[t] = to.origins[t] % 2;
+            borders[t] = 7;
+        }
+        tli_reach reach;
+        dealt_by_label d = {&to, labels, 0};
+        CHECK_OK(ctx, tli_reach_create(ctx, &from, &to, none, 0, &reach));
+        tli_reach_bound(&reach);
+        tli_deal_query deal = {&to, labels, borders, least, 1000};
+        for (size_t t = 0; t < from.triangle_count; t++)
+            CHECK_OK(ctx, tli_surface_deal(&reach.query, &deal, t, sample_piece, &d));
+        CHECK_BOUND("from its label", d.farthest, reach.bound + least);
+        tli_reach_release(&reach);
+        tli_surface_release(&from);
+        tli_surface_release(&to);
+        soup_release(&above);
+        soup_release(&below);
+    }
+    close_ctx(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -739,6 +810,7 @@ int main(void)
         cmocka_unit_test(bound_of_soups),
         cmocka_unit_test(covered_by_cells),
         cmocka_unit_test(dealt_at_borders),
+        cmocka_unit_test(dealt_around_a_corner),
         cmocka_unit_test(reach_of_large_triangles),
         cmocka_unit_test(sample_counts),
         cmocka_unit_test(empty_surfaces),

@@ -14,7 +14,7 @@
 #include "base/base_vec.h"
 #include "measure/measure.h"
 
-enum { STACK_MAX = 128, CUT_PIECES_MAX = 3, DEAL_SPLITS_MAX = 32, BORDERS_MAX = 64 };
+enum { STACK_MAX = 128, CUT_PIECES_MAX = 3, DEAL_SPLITS_MAX = 128, BORDERS_MAX = 64 };
 
 /* No point of a triangle is farther from the nearest corner than this times the longest side. */
 static const double CORNER_REACH = 0.57735026918962576451;
@@ -294,21 +294,37 @@ static bool find_border(const tli_deal_query *deal, const piece *p, double heigh
     return false;
 }
 
-/* The label that a piece gets, or that it has to be cut first: *count parts. */
+/* The label that a piece gets, or that it has to be cut first: *count parts. Around a corner of the
+ * surface where labels meet a piece can pass from one to another beside all borders: it is cut
+ * there, unless all of it is as near to a triangle as its corners are to the surface. */
 static uint32_t label_of(const tli_bound_query *query, const tli_deal_query *deal, const piece *p,
                          piece parts[CUT_PIECES_MAX], int *count)
 {
-    double centre[3], heights[3];
-    tl_lidx nearest = p->corners[0].nearest;
+    double centre[3], heights[3], own = 0, least = (double)INFINITY;
+    const piece_corner *c = p->corners;
+    tl_lidx near[4] = {c[0].nearest, c[0].nearest, c[1].nearest, c[2].nearest};
+    uint32_t label = deal->labels[near[0]];
+    bool one = true;
     *count = 0;
-    if (nearest == p->corners[1].nearest && nearest == p->corners[2].nearest)
-        return deal->labels[nearest];
-    for (int k = 0; k < 3; k++)
-        centre[k] = (p->corners[0].x[k] + p->corners[1].x[k] + p->corners[2].x[k]) / 3;
-    tli_surface_nearest(query->to, centre, nearest, &nearest);
-    if (side_length(p, longest_side(p)) > deal->least && find_border(deal, p, heights))
-        *count = cut_at_plane(query, p, heights, nearest, parts);
-    return deal->labels[nearest];
+    if (near[1] == near[2] && near[1] == near[3]) return label;
+    for (int k = 0; k < 3; k++) centre[k] = (c[0].x[k] + c[1].x[k] + c[2].x[k]) / 3;
+    tli_surface_nearest(query->to, centre, near[0], &near[0]);
+    bool can_cut = side_length(p, longest_side(p)) > deal->least;
+    if (can_cut && find_border(deal, p, heights)) {
+        *count = cut_at_plane(query, p, heights, near[0], parts);
+        return label;
+    }
+    for (int n = 0; n < 4; n++) one = one && deal->labels[near[n]] == label;
+    if (one) return label;
+    for (int n = 0; n < 4; n++) {
+        double bound = bound_by(query, p, near[n]);
+        if (n > 0) own = fmax(own, c[n - 1].distance);
+        if (!(bound < least)) continue;
+        least = bound;
+        label = deal->labels[near[n]];
+    }
+    if (can_cut && least > own + deal->least) *count = cut(query, p, near[0], parts);
+    return label;
 }
 
 tl_status tli_surface_deal(const tli_bound_query *query, tli_deal_query *deal, size_t triangle,
