@@ -215,6 +215,51 @@ TL_API void tl_renderer_remove(tl_ctx *ctx, tl_renderer *renderer, tl_item item)
 TL_API tl_status tl_renderer_draw(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
                                   tl_image *image);
 
+/* ---- words and lines on a picture ---- */
+
+/* Colours and what they mean. */
+typedef struct tl_scalar_bar {
+    const char *title;           /* name and unit */
+    const tl_transfer *transfer; /* whose colours are shown, */
+    double shown[2];             /* between these two arguments of it, */
+    double range[2];             /* which stand for these values */
+    bool logarithmic;            /* equal steps are equal ratios; range is above 0 then */
+} tl_scalar_bar;
+
+/* All of it is borrowed during a call. Texts are UTF-8; other bytes are replaced. */
+typedef struct tl_annotation {
+    size_t struct_bytes;
+    const char *title; /* above; NULL (default): none */
+    const char *note;  /* small, below: what the picture promises; NULL (default): none */
+    const tl_scalar_bar *bars;
+    size_t bar_count;        /* one above the other at the right; default 0 */
+    const double *bounds;    /* [6] x0, x1, y0, y1, z0, z1 of what is seen; NULL (default): neither
+                                outline nor axes */
+    bool outline;            /* the edges of that box; default false */
+    bool axes;               /* numbers along its outer edges; default false */
+    bool triad;              /* the directions of x, y and z in a corner; default false */
+    const float *background; /* [3] what the picture will stand in front of; NULL (default): not
+                                known, text gets a bright rim */
+    double text_px;          /* height of text; 0 (default): from the size of the picture */
+} tl_annotation;
+TL_API tl_annotation tl_annotation_defaults(void);
+
+/* Draws words and lines onto a picture that is not flattened yet: edges of the box that lie behind
+ * what is seen are put behind it. camera: of the picture. Fonts are the system's, family Sans; the
+ * memory of text is not counted. TL_ERR_ARG for numbers that are not finite, TL_ERR_UNSUPPORTED in
+ * a build without pango. */
+TL_API tl_status tl_draw_annotation(tl_ctx *ctx, const tl_annotation *annotation,
+                                    const tl_camera *camera, tl_image *image);
+/* The part of a picture that annotation leaves free: left, right, bottom, top, from -1 to 1. */
+TL_API void tl_annotation_window(const tl_annotation *annotation, uint32_t width, uint32_t height,
+                                 double window[4]);
+
+/* Moves a camera, whose directions stay, so that points [point_count][3] fill a window of its
+ * picture (left, right, bottom, top, -1 to 1) as far as possible; of a parallel view the scale
+ * changes, too. zoom 1, or another. The focal point moves along. */
+TL_API void tl_camera_fit_points(tl_camera *camera, const double *points, size_t point_count,
+                                 const double window[4], double zoom);
+
 #ifdef __cplusplus
 }
 #endif
