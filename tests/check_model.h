@@ -72,8 +72,10 @@ static inline tl_mesh *check_model_level(tl_ctx *ctx, const tl_store *store, uin
     free(m.xyz);
     m.xyz = malloc((vert_count + 1) * 3 * sizeof *m.xyz);
     double **values = calloc(head->channel_count + 1, sizeof *values);
-    for (uint32_t c = 0; c < head->channel_count; c++)
-        values[c] = malloc((vert_count + 1) * head->channels[c].components * sizeof **values);
+    for (uint32_t c = 0; c < head->channel_count; c++) {
+        size_t rows = head->channels[c].on == TL_ON_TET ? m.tet_count : vert_count;
+        values[c] = malloc((rows + 1) * head->channels[c].components * sizeof **values);
+    }
     for (size_t i = 0; i < vert_count; i++) {
         bool same = i && verts[i].shared && verts[i - 1].shared &&
                     check_model_by_place(&verts[i], &verts[i - 1]) == 0;
@@ -95,7 +97,11 @@ static inline tl_mesh *check_model_level(tl_ctx *ctx, const tl_store *store, uin
                 m.tets[4 * tet_count + (size_t)i] = numbers[p][patches[p]->tets[t][i]];
         for (uint32_t c = 0; c < head->channel_count; c++) {
             const uint32_t k = head->channels[c].components;
-            if (head->channels[c].on != TL_ON_VERTEX) continue;
+            if (head->channels[c].on == TL_ON_TET) {
+                double *to = values[c] + (tet_count - patches[p]->tet_count) * k;
+                CHECK_OK(ctx, tl_store_channel_values(ctx, store, p, patches[p], c, to));
+                continue;
+            }
             double *own = malloc(patches[p]->vert_count * k * sizeof *own);
             CHECK_OK(ctx, tl_store_channel_values(ctx, store, p, patches[p], c, own));
             for (uint32_t v = 0; v < patches[p]->vert_count; v++)
@@ -115,7 +121,7 @@ static inline tl_mesh *check_model_level(tl_ctx *ctx, const tl_store *store, uin
         const tl_store_channel *from = &head->channels[c];
         tl_channel channel = {from->name, from->unit, from->components,
                               from->on,   TL_F64,     values[c]};
-        if (from->on == TL_ON_VERTEX) CHECK_OK(ctx, tl_mesh_add_channel(mesh, &channel));
+        CHECK_OK(ctx, tl_mesh_add_channel(mesh, &channel));
         free(values[c]);
     }
     for (uint32_t p = 0; p < head->patch_count; p++) {

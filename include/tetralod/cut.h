@@ -50,8 +50,7 @@ typedef struct tl_cut_query {
     tl_cut_bounds bounds;    /* default: any */
     const float *opacity;    /* [channel_count][TL_BINS], 0 to 1: which values are visible, for
                                 bounds.space, bounds.classified and pixels; NULL: all, fully, in space
-                                those of scalars on vertices, which alone have isosurfaces that are
-                                promised. borrowed during a call */
+                                those of scalars on vertices. borrowed during a call */
     const float *unseen;     /* [channel_count][TL_BINS] field error at values of a bin, in the
                                 channel's     unit, that does not show: a bin counts in bounds.space and
                                 pixels     only where its error is above; NULL (default): all count.

@@ -61,7 +61,11 @@ typedef struct tl_segment_info {
     double boundary_error;   /* mesh units; saturated */
     const double *max_error; /* [channel_count] in the channel's unit; saturated */
     const float *field_bins; /* [channel_count][TL_BINS] the same by bin of the value; saturated */
-    const float *space_bins; /* [channel_count][TL_BINS] mesh units; saturated */
+    const float *space_bins; /* [channel_count][TL_BINS] mesh units; saturated: how far from an
+                                original vertex (centroid) with a value in the bin the mesh has it.
+                                Of vectors and tensors the norm, joined linearly between vertices;
+                                of channels on tets inside of a tet, or at a face between a smaller
+                                and a larger one, where a threshold passes */
 } tl_segment_info;
 
 /* A patch. Pointers live as long as the store. */
