@@ -1,14 +1,20 @@
 /* Values of a mesh by least squares over samples that are seen once: of each tet the products of
  * the samples' weights are kept, which is all that the normal equations need, whatever the number
  * of samples. Solved by conjugate gradients with the diagonal as preconditioner; a weak pull
- * towards the values before keeps vertices with few samples in place. */
+ * towards the values before keeps vertices with few samples in place, and no value leaves the range
+ * of the samples by much: one that only samples at the far side of its tets know could be anything.
+ */
 #include <math.h>
 #include <string.h>
 
 #include "model/model.h"
 
-/* Pull towards the values before, relative to the weight of a vertex's samples. */
+/* Pull towards the values before, relative to the weight of a vertex's samples and of one more that
+ * lies at the vertex. */
 static const double PULL = 1e-3;
+/* How far values may leave the range of the samples, relative to it. At 0 the error of fields with
+ * flat ends (Neghip) is 5 % larger, at 0.1 not 1 %. */
+static const double OVERSHOOT = 0.1;
 /* Residual, relative to the first one, at which the iteration ends, and steps at most. */
 static const double RESIDUAL = 1e-3;
 enum { STEPS_MAX = 24, PRODUCTS = 10 };
@@ -21,6 +27,7 @@ struct tli_fit {
     double *right;   /* [components][vert_count] sums of w_i (value - value now) */
     double *room;    /* [5][vert_count] */
     double *diagonal;
+    double (*range)[2]; /* [components] of the samples */
 };
 
 tl_status tli_fit_create(tl_ctx *ctx, const tl_mesh *mesh, size_t components, tli_fit **fit)
@@ -37,6 +44,11 @@ tl_status tli_fit_create(tl_ctx *ctx, const tl_mesh *mesh, size_t components, tl
     f->right = tl_mem_zalloc(ctx, n * components, sizeof *f->right, &st);
     f->room = tl_mem_alloc(ctx, n, 5 * sizeof *f->room, &st);
     f->diagonal = tl_mem_zalloc(ctx, n, sizeof *f->diagonal, &st);
+    f->range = tl_mem_alloc(ctx, components, sizeof *f->range, &st);
+    for (size_t c = 0; !st && c < components; c++) {
+        f->range[c][0] = (double)INFINITY;
+        f->range[c][1] = (double)-INFINITY;
+    }
     if (st)
         tli_fit_destroy(f);
     else
@@ -47,6 +59,7 @@ tl_status tli_fit_create(tl_ctx *ctx, const tl_mesh *mesh, size_t components, tl
 void tli_fit_destroy(tli_fit *f)
 {
     if (!f) return;
+    tl_mem_free(f->ctx, f->range);
     tl_mem_free(f->ctx, f->diagonal);
     tl_mem_free(f->ctx, f->room);
     tl_mem_free(f->ctx, f->right);
@@ -68,14 +81,21 @@ void tli_fit_add(tli_fit *f, tl_lidx tet, const double w[4], const double *value
         for (int j = 0; j < 4; j++) /* differences first: exactly 0 for a constant */
             value += w[j] * (values[c] - mesh_values[q[j] * k + c]);
         if (!isfinite(value)) continue;
+        if (values[c] < f->range[c][0]) f->range[c][0] = values[c];
+        if (values[c] > f->range[c][1]) f->range[c][1] = values[c];
         for (int j = 0; j < 4; j++) f->right[c * n + q[j]] += w[j] * value;
     }
+}
+
+static double pull(const tli_fit *f, size_t vert)
+{
+    return PULL * (1 + f->diagonal[vert]);
 }
 
 static void apply(const tli_fit *f, const uint8_t *fixed, const double *from, double *to)
 {
     size_t n = f->mesh->vert_count;
-    for (size_t i = 0; i < n; i++) to[i] = PULL * f->diagonal[i] * from[i];
+    for (size_t i = 0; i < n; i++) to[i] = pull(f, i) * from[i];
     for (size_t t = 0; t < f->mesh->tet_count; t++) {
         const tl_lidx *q = f->mesh->tets + 4 * t;
         const float *p = f->products + PRODUCTS * t;
@@ -104,7 +124,7 @@ static void solve(tli_fit *f, const uint8_t *fixed, double *residual)
     memset(change, 0, n * sizeof *change);
     for (size_t i = 0; i < n; i++) {
         if (fixed[i]) residual[i] = 0;
-        p[i] = z[i] = f->diagonal[i] > 0 ? residual[i] / f->diagonal[i] : 0;
+        p[i] = z[i] = residual[i] / (f->diagonal[i] + pull(f, i));
     }
     double rz = dot(residual, z, n), stop = rz * RESIDUAL * RESIDUAL;
     for (int step = 0; step < STEPS_MAX && rz > stop; step++) {
@@ -115,7 +135,7 @@ static void solve(tli_fit *f, const uint8_t *fixed, double *residual)
         for (size_t i = 0; i < n; i++) {
             change[i] += alpha * p[i];
             residual[i] -= alpha * q[i];
-            z[i] = f->diagonal[i] > 0 ? residual[i] / f->diagonal[i] : 0;
+            z[i] = residual[i] / (f->diagonal[i] + pull(f, i));
         }
         double next = dot(residual, z, n), beta = next / rz;
         rz = next;
@@ -127,8 +147,13 @@ void tli_fit_solve(tli_fit *f, const uint8_t *fixed, double *mesh_values)
 {
     size_t n = f->mesh->vert_count, k = f->components;
     for (size_t c = 0; c < k; c++) {
+        double beyond = OVERSHOOT * (f->range[c][1] - f->range[c][0]);
+        double low = f->range[c][0] - beyond, high = f->range[c][1] + beyond;
         solve(f, fixed, f->right + c * n);
-        for (size_t i = 0; i < n; i++)
-            if (!fixed[i] && isfinite(f->room[i])) mesh_values[i * k + c] += f->room[i];
+        for (size_t i = 0; i < n; i++) {
+            double value = mesh_values[i * k + c] + f->room[i];
+            if (fixed[i] || f->diagonal[i] == 0 || !isfinite(value)) continue;
+            mesh_values[i * k + c] = fmin(fmax(value, low), high);
+        }
     }
 }
