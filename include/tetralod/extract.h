@@ -188,6 +188,40 @@ TL_API tl_status tl_expression_evaluate(tl_ctx *ctx, const tl_expression *expres
  * also for a name that is taken. */
 TL_API tl_status tl_mesh_derive(tl_ctx *ctx, tl_mesh *mesh, const char *name, const char *text);
 
+/* ---- parts of a mesh: regions, thresholds, planes ---- */
+
+/* keep [tet_count], 1 for what is shown, 0 for what is not: sets to 0 the tets at none of whose
+ * corners (any) or not at all of whose corners (else) a channel is from low to high, its own value
+ * for one on tets; of several components their norm. NaN is never from low to high. */
+TL_API tl_status tl_keep_range(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
+                               double low, double high, bool any, uint8_t *keep);
+/* The same for the tets of regions [region_count] (hide), or of any other (else); without regions
+ * all are of region 0. */
+TL_API tl_status tl_keep_regions(tl_ctx *ctx, const tl_mesh *mesh, const int32_t *regions,
+                                 size_t region_count, bool hide, uint8_t *keep);
+/* The tets that are kept, in their order, and the vertices they use, in theirs, with channels,
+ * regions, labels and time. Gives *subset. */
+TL_API tl_status tl_mesh_subset(tl_ctx *ctx, const tl_mesh *mesh, const uint8_t *keep,
+                                tl_mesh **subset);
+
+/* A side of space, normal . x <= offset, normal of any length: what lies there is kept. */
+typedef struct tl_half_space {
+    double normal[3], offset;
+} tl_half_space;
+/* What lies on all sides [side_count] of a mesh. Tets that a plane cuts are split into tets, so
+ * that what is linear in them stays so, and neighbours still fit; those that only touch a plane
+ * from outside go. Vertices of the mesh stand before new ones, which are at the same place to the
+ * bit wherever another mesh has the edge they are on. With channels, regions, labels and time. Tets
+ * with a corner that is not finite go. Gives *clipped. TL_ERR_ARG for a side that is none,
+ * TL_ERR_UNSUPPORTED for too large a result. */
+TL_API tl_status tl_mesh_clip(tl_ctx *ctx, const tl_mesh *mesh, const tl_half_space *sides,
+                              size_t side_count, tl_mesh **clipped);
+/* The same of points, lines or triangles; of a cut triangle the rest is one or two. On the thread
+ * of the context. */
+TL_API tl_status tl_polydata_clip(tl_ctx *ctx, const tl_polydata *polydata,
+                                  const tl_half_space *sides, size_t side_count,
+                                  tl_polydata **clipped);
+
 #ifdef __cplusplus
 }
 #endif

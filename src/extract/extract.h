@@ -33,6 +33,50 @@ typedef struct tli_cut_edges {
 tl_status tli_weld_edges(tl_ctx *ctx, const tli_cut_edges *edges, uint32_t *numbers,
                          tli_cut_edge **unique, size_t *vert_count);
 
+/* Counts [count] to starts [count + 1]; returns the sum. */
+static inline size_t tli_make_starts(size_t *counts, size_t count)
+{
+    size_t next = 0;
+    for (size_t i = 0; i < count; i++) {
+        size_t own = counts[i];
+        counts[i] = next;
+        next += own;
+    }
+    return counts[count] = next;
+}
+
+/* True if a stands before b, whatever mesh they are numbered in. */
+static inline bool tli_stands_before(const double *a, const double *b)
+{
+    for (int k = 0; k < 3; k++)
+        if (a[k] != b[k]) return a[k] < b[k];
+    return false;
+}
+
+/* Where the edge of ends, between which a scalar has the value, is cut: the weight of the second
+ * one. Puts the ends into an order that other meshes with that edge find, too. */
+static inline double tli_cut_weight(const double *xyz, const double *scalar, double value,
+                                    size_t ends[2])
+{
+    const double *a = xyz + 3 * ends[0], *b = xyz + 3 * ends[1];
+    if (tli_stands_before(b, a) ||
+        (!tli_stands_before(a, b) && scalar[ends[1]] < scalar[ends[0]])) {
+        size_t other = ends[0];
+        ends[0] = ends[1];
+        ends[1] = other;
+    }
+    /* halves, since the difference of two numbers may be none */
+    double low = scalar[ends[0]] / 2, high = scalar[ends[1]] / 2;
+    double w = (value / 2 - low) / (high - low);
+    return w < 0 ? 0 : w > 1 ? 1 : w;
+}
+
+/* Between a and b, equal to each where w is 0 or 1. */
+static inline double tli_mix(double a, double b, double w)
+{
+    return a * (1 - w) + b * w;
+}
+
 /* Sides of triangles by their edges: keys [3 * triangle_count] rising, the smaller vertex in the
  * upper half, and sides [3 * triangle_count], 3 * triangle + the corner where the side begins,
  * rising for equal keys. Gives both. TL_ERR_UNSUPPORTED for more than 1,431,655,765 triangles. */

@@ -139,19 +139,6 @@ static tl_status count_pieces(void *arg, size_t begin, size_t end, unsigned work
     return TL_OK;
 }
 
-/* Counts to starts; returns the sum. */
-static size_t make_starts(size_t *counts, size_t count)
-{
-    size_t next = 0;
-    for (size_t i = 0; i < count; i++) {
-        size_t own = counts[i];
-        counts[i] = next;
-        next += own;
-    }
-    counts[count] = next;
-    return next;
-}
-
 /* ---- second pass: triangles between cut edges ---- */
 
 /* The place of an edge among those of the piece, which begin at first; a new one if the table does
@@ -238,31 +225,13 @@ static tl_status number_corners(void *arg, size_t begin, size_t end, unsigned wo
 
 /* ---- vertices ---- */
 
-/* True if a stands before b, whatever mesh they are numbered in. */
-static bool stands_before(const double *a, const double *b)
-{
-    for (int k = 0; k < 3; k++)
-        if (a[k] != b[k]) return a[k] < b[k];
-    return false;
-}
-
 /* Ends of an edge, and the weight of the second, in an order that other meshes with that edge find,
  * too. */
 static double cut_at(const job *j, const tli_cut_edge *e, size_t ends[2])
 {
     ends[0] = (size_t)(e->verts >> 32);
     ends[1] = (size_t)(e->verts & UINT32_MAX);
-    const double *xyz = j->mesh->xyz, *s = j->scalar;
-    bool turn = stands_before(xyz + 3 * ends[1], xyz + 3 * ends[0]) ||
-                (!stands_before(xyz + 3 * ends[0], xyz + 3 * ends[1]) && s[ends[1]] < s[ends[0]]);
-    if (turn) {
-        size_t other = ends[0];
-        ends[0] = ends[1];
-        ends[1] = other;
-    }
-    /* halves, since the difference of two numbers may be none */
-    double w = (j->levels[e->level] / 2 - s[ends[0]] / 2) / (s[ends[1]] / 2 - s[ends[0]] / 2);
-    return w < 0 ? 0 : w > 1 ? 1 : w;
+    return tli_cut_weight(j->mesh->xyz, j->scalar, j->levels[e->level], ends);
 }
 
 static double mix(double a, double b, double w)
@@ -368,8 +337,8 @@ static tl_status march(job *j)
     if (!st) st = tli_parallel(j->ctx, j->mesh->vert_count, GRAIN, rank_verts, j);
     if (!st) st = tli_parallel(j->ctx, tets, TLI_SLICE_TETS, count_pieces, j);
     if (st) return st;
-    j->out->cell_count = make_starts(j->triangles, pieces);
-    size_t edges = make_starts(j->cut.starts, pieces);
+    j->out->cell_count = tli_make_starts(j->triangles, pieces);
+    size_t edges = tli_make_starts(j->cut.starts, pieces);
     if (edges >= TL_NONE || j->out->cell_count >= TL_NONE)
         return tl_fail(j->ctx, TL_ERR_UNSUPPORTED, "a slice of %zu cut edges is too large", edges);
     j->cut.edges = tl_mem_alloc(j->ctx, edges, sizeof *j->cut.edges, &st);
