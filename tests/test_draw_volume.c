@@ -5,37 +5,7 @@
 #include "draw/draw_cast.h"
 
 #include "make_mesh.h"
-
-enum { SIDE = 33 }; /* pixels; odd, so that one ray goes through the middle */
-
-/* Along z through the unit cube. */
-static tl_camera along_z(bool parallel)
-{
-    tl_camera c = tl_camera_defaults();
-    c.position[0] = c.position[1] = c.focal_point[0] = c.focal_point[1] = 0.5;
-    c.position[2] = -2;
-    c.focal_point[2] = 0.5;
-    c.size_px[0] = c.size_px[1] = SIDE;
-    c.parallel_scale = parallel ? 0.6 : 0;
-    return c;
-}
-
-/* White fog whose extinction is linear from one value to another. */
-static tl_transfer *fog(tl_ctx *ctx, double low, double low_extinction, double high,
-                        double high_extinction)
-{
-    static const tl_color_point white = {0, {1, 1, 1}};
-    enum { POINTS = 257 };
-    tl_opacity_point opacities[POINTS];
-    tl_transfer *t = NULL;
-    for (int i = 0; i < POINTS; i++) {
-        double w = i / (POINTS - 1.0);
-        double extinction = low_extinction + w * (high_extinction - low_extinction);
-        opacities[i] = (tl_opacity_point){low + w * (high - low), -expm1(-extinction)};
-    }
-    CHECK_OK(ctx, tl_transfer_create(ctx, &white, 1, opacities, POINTS, 1, &t));
-    return t;
-}
+#include "make_scene.h"
 
 static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
                       const tl_transfer *transfer, const tl_camera *camera, float depth)
@@ -46,8 +16,8 @@ static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
     opts.opacity_end = 1;
     tl_mesh *mesh = make_object(ctx, m, field);
     CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
-    CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
-    for (size_t p = 0; p < SIDE * SIDE; p++) image->depth[p] = depth;
+    CHECK_OK(ctx, tl_image_create(ctx, MAKE_SIDE, MAKE_SIDE, &image));
+    for (size_t p = 0; p < MAKE_SIDE * MAKE_SIDE; p++) image->depth[p] = depth;
     CHECK_OK(ctx, tl_draw_volume(ctx, volume, tl_mesh_channel(mesh, 0)->values, transfer, camera,
                                  &opts, image));
     tl_volume_destroy(ctx, volume);
@@ -57,7 +27,7 @@ static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
 
 static double middle(const tl_image *image)
 {
-    const float *c = image->rgba + 4 * ((size_t)SIDE * (SIDE / 2) + SIDE / 2);
+    const float *c = image->rgba + 4 * ((size_t)MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2);
     CHECK_NEAR((double)c[0], (double)c[3], 1e-6); /* white, times opacity */
     return (double)c[3];
 }
@@ -80,9 +50,9 @@ static void fog_has_its_depth(void **state)
     make_mesh m = make_grid(9);
     make_shuffle(&m, 3);
     for (int parallel = 0; parallel < 2; parallel++) {
-        tl_camera camera = along_z(parallel);
+        tl_camera camera = make_camera(parallel);
         for (double extinction = 0.01; extinction < 20; extinction *= 3) {
-            tl_transfer *t = fog(ctx, 0, extinction, 1, extinction);
+            tl_transfer *t = make_fog(ctx, 0, extinction, 1, extinction);
             tl_image *image = draw(ctx, &m, nothing, t, &camera, INFINITY);
             CHECK_NEAR(middle(image), -expm1(-extinction), 3e-5);
             CHECK(image->rgba[3] == 0); /* the corner sees nothing */
@@ -104,8 +74,8 @@ static void linear_fields_are_exact(void **state)
     for (size_t v = 0; v < m.vert_count; v++) /* the sides stay where they are */
         for (int k = 0; k < 3; k++)
             m.xyz[3 * v + (size_t)k] = fmin(fmax(m.xyz[3 * v + (size_t)k], 0), 1);
-    tl_camera camera = along_z(true);
-    tl_transfer *t = fog(ctx, 0, 0.2, 1, 3.2);
+    tl_camera camera = make_camera(true);
+    tl_transfer *t = make_fog(ctx, 0, 0.2, 1, 3.2);
     tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
     CHECK_NEAR(middle(image), -expm1(-1.7), 2e-3 * 1.7); /* the sides moved inwards by 0.002 */
     tl_image_destroy(ctx, image);
@@ -140,15 +110,15 @@ static void cavities_are_empty(void **state)
     (void)state;
     tl_ctx *ctx = check_context(2);
     make_mesh full = make_grid(10), hollow = make_grid_cavity(10);
-    tl_camera camera = along_z(true);
-    camera.parallel_scale = SIDE / (2.0 * (SIDE - 2)); /* the cube covers whole pixels */
-    tl_transfer *t = fog(ctx, 0, 1, 1, 1);
+    tl_camera camera = make_camera(true);
+    camera.parallel_scale = MAKE_SIDE / (2.0 * (MAKE_SIDE - 2)); /* the cube covers whole pixels */
+    tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
     tl_image *a = draw(ctx, &full, nothing, t, &camera, INFINITY);
     tl_image *b = draw(ctx, &hollow, nothing, t, &camera, INFINITY);
     double volumes[2] = {0}, depths[2] = {0};
     const make_mesh *meshes[2] = {&full, &hollow};
     const tl_image *images[2] = {a, b};
-    double pixel = 1.0 / (SIDE - 2);
+    double pixel = 1.0 / (MAKE_SIDE - 2);
     for (int i = 0; i < 2; i++) {
         for (size_t k = 0; k < meshes[i]->tet_count; k++) {
             double p[4][3];
@@ -157,7 +127,7 @@ static void cavities_are_empty(void **state)
                        sizeof p[c]);
             volumes[i] += tl_tet_volume((const double(*)[3])p);
         }
-        for (size_t k = 0; k < SIDE * SIDE; k++)
+        for (size_t k = 0; k < MAKE_SIDE * MAKE_SIDE; k++)
             depths[i] -= log1p(-(double)images[i]->rgba[4 * k + 3]) * pixel * pixel;
     }
     CHECK(volumes[1] < volumes[0]);
@@ -177,17 +147,18 @@ static void same_for_all_threads(void **state)
     (void)state;
     make_mesh m = make_grid(14);
     make_perturb(&m, 0.004, 9);
-    tl_camera camera = along_z(false);
+    tl_camera camera = make_camera(false);
     camera.position[0] = 2;
     camera.position[1] = -1;
     tl_image *first = NULL;
     tl_ctx *one = check_context(1);
     for (unsigned threads = 1; threads <= 4; threads++) {
         tl_ctx *ctx = check_context(threads);
-        tl_transfer *t = fog(ctx, 0, 0, 1, 8);
+        tl_transfer *t = make_fog(ctx, 0, 0, 1, 8);
         tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
         if (!first) first = draw(one, &m, height, t, &camera, INFINITY);
-        CHECK(memcmp(first->rgba, image->rgba, (size_t)SIDE * SIDE * 4 * sizeof(float)) == 0);
+        CHECK(memcmp(first->rgba, image->rgba, (size_t)MAKE_SIDE * MAKE_SIDE * 4 * sizeof(float)) ==
+              0);
         tl_image_destroy(ctx, image);
         tl_transfer_destroy(ctx, t);
         tl_ctx_destroy(ctx);
@@ -204,7 +175,7 @@ static tl_image *draw_cube(tl_ctx *ctx, double size, bool parallel)
     static const tl_color_point white = {0, {1, 1, 1}};
     static const tl_opacity_point opacities[] = {{0, 0.1}, {1, 0.9}};
     make_mesh m = make_grid(9);
-    tl_camera camera = along_z(parallel);
+    tl_camera camera = make_camera(parallel);
     tl_transfer *t = NULL;
     double *values = malloc(m.vert_count * sizeof *values);
     tl_volume *volume = NULL;
@@ -218,8 +189,8 @@ static tl_image *draw_cube(tl_ctx *ctx, double size, bool parallel)
     CHECK_OK(ctx, tl_transfer_create(ctx, &white, 1, opacities, 2, size, &t));
     CHECK_OK(ctx, tl_mesh_create(ctx, m.xyz, m.vert_count, m.tets, m.tet_count, &mesh));
     CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
-    CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
-    for (size_t p = 0; p < SIDE * SIDE; p++) image->depth[p] = (float)(2.7 * size);
+    CHECK_OK(ctx, tl_image_create(ctx, MAKE_SIDE, MAKE_SIDE, &image));
+    for (size_t p = 0; p < MAKE_SIDE * MAKE_SIDE; p++) image->depth[p] = (float)(2.7 * size);
     CHECK_OK(ctx, tl_draw_volume(ctx, volume, values, t, &camera, NULL, image));
     tl_volume_destroy(ctx, volume);
     tl_mesh_destroy(mesh);
@@ -240,7 +211,7 @@ static void meshes_of_any_size(void **state)
         CHECK(middle(unit) > 0.1);
         for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
             tl_image *image = draw_cube(ctx, sizes[i], parallel);
-            CHECK(memcmp(image->rgba, unit->rgba, sizeof(float) * 4 * SIDE * SIDE) == 0);
+            CHECK(memcmp(image->rgba, unit->rgba, sizeof(float) * 4 * MAKE_SIDE * MAKE_SIDE) == 0);
             tl_image_destroy(ctx, image);
         }
         tl_image_destroy(ctx, unit);
@@ -253,10 +224,10 @@ static void empty_meshes_show_nothing(void **state)
     (void)state;
     tl_ctx *ctx = check_context(2);
     make_mesh m = make_room(3, 0);
-    tl_camera camera = along_z(false);
-    tl_transfer *t = fog(ctx, 0, 1, 1, 1);
+    tl_camera camera = make_camera(false);
+    tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
     tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
-    for (size_t i = 0; i < (size_t)SIDE * SIDE * 4; i++) CHECK(image->rgba[i] == 0);
+    for (size_t i = 0; i < (size_t)MAKE_SIDE * MAKE_SIDE * 4; i++) CHECK(image->rgba[i] == 0);
     tl_image_destroy(ctx, image);
     tl_transfer_destroy(ctx, t);
     make_release(&m);
@@ -270,16 +241,16 @@ static void hostile_meshes(void **state)
     make_mesh m = make_soup(40, 300, 4);
     m.xyz[5] = (double)NAN;
     m.xyz[9] = (double)INFINITY;
-    tl_camera camera = along_z(false);
-    tl_transfer *t = fog(ctx, 0, 1, 1, 1);
+    tl_camera camera = make_camera(false);
+    tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
     tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
-    for (size_t i = 0; i < (size_t)SIDE * SIDE * 4; i++) CHECK(image->rgba[i] >= 0);
+    for (size_t i = 0; i < (size_t)MAKE_SIDE * MAKE_SIDE * 4; i++) CHECK(image->rgba[i] >= 0);
     tl_image_destroy(ctx, image);
     camera.size_px[0] = 7;
     tl_mesh *mesh = make_object(ctx, &m, height);
     tl_volume *volume = NULL;
     CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
-    CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
+    CHECK_OK(ctx, tl_image_create(ctx, MAKE_SIDE, MAKE_SIDE, &image));
     CHECK_STATUS(tl_draw_volume(ctx, volume, m.xyz, t, &camera, NULL, image), TL_ERR_ARG);
     tl_image_destroy(ctx, image);
     CHECK_STATUS(tl_image_create(ctx, 0, 5, &image), TL_ERR_ARG);

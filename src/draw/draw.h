@@ -59,36 +59,51 @@ typedef struct tli_vert {
     float x, y, z, s;
 } tli_vert;
 
-/* Where rays come in: pixels of a tile, in the order of pixel and depth. */
-typedef struct tli_door_hit {
-    uint32_t pixel; /* inside of the tile, row after row */
-    tl_lidx door;   /* 4 * tet + face */
-    double z;
-} tli_door_hit;
-
 /* Options over the defaults, checked. */
 tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volume_opts *opts);
 /* TL_ERR_ARG for numbers of light that are out of range. */
 tl_status tli_light_check(tl_ctx *ctx, double ambient, double diffuse, double specular,
                           double shininess);
 
+/* ---- tiles ---- */
+
 enum { TLI_TILE_PX = 16 };
 
-/* Faces that may be seen in each tile. */
-typedef struct tli_tiles {
+/* Things that may be seen in each tile, ascending: entries[starts[tile]] to
+ * entries[starts[tile + 1] - 1]. Tiles are numbered row after row. */
+typedef struct tli_tiling {
+    uint32_t columns, rows;
+    size_t *starts;
+    tl_lidx *entries;
+} tli_tiling;
+/* Box of the pixels that thing i of data may be seen in: x and y from the upper left corner of the
+ * picture, low and high, infinities allowed; false: it is not seen. From several threads. */
+typedef bool (*tli_box_fn)(const void *data, size_t i, double low[2], double high[2]);
+tl_status tli_tiling_open(tl_ctx *ctx, const tl_image *image, size_t count, tli_box_fn box,
+                          const void *data, tli_tiling *tiling);
+void tli_tiling_close(tl_ctx *ctx, tli_tiling *tiling);
+
+/* Where a ray comes in. */
+typedef struct tli_door_hit {
+    uint32_t pixel; /* inside of the tile, row after row */
+    tl_lidx door;   /* 4 * tet + face */
+    double z;
+} tli_door_hit;
+
+/* Doors of a volume in a view. */
+typedef struct tli_doors {
     tl_ctx *ctx;
     const tl_volume *volume;
     const tli_frame *frame;
     const tli_vert *verts;
-    uint32_t width, height, columns, rows;
-    size_t *starts;   /* [tiles + 1] */
-    tl_lidx *entries; /* doors */
-} tli_tiles;
-tl_status tli_tiles_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
-                         const tli_vert *verts, const tl_image *image, tli_tiles *tiles);
-void tli_tiles_close(tli_tiles *tiles);
-/* Hits of a tile: *hits [*hit_max] grows as it must, *count are there. */
-tl_status tli_tile_hits(const tli_tiles *tiles, size_t tile, tli_door_hit **hits, size_t *hit_max,
-                        size_t *count);
+    uint32_t width, height;
+    tli_tiling tiling; /* of doors */
+} tli_doors;
+tl_status tli_doors_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
+                         const tli_vert *verts, const tl_image *image, tli_doors *doors);
+void tli_doors_close(tli_doors *doors);
+/* Hits of a tile, by pixel and depth: *hits [*hit_max] grows as it must, *count are there. */
+tl_status tli_doors_hits(const tli_doors *doors, size_t tile, tli_door_hit **hits, size_t *hit_max,
+                         size_t *count);
 
 #endif

@@ -14,12 +14,22 @@ typedef struct tli_cast {
     float opacity_end, step_depth;
 } tli_cast;
 
-/* A ray: its pixel, from the middle, y upwards; the doors that it comes in by, nearest first; the
- * depth it goes to, in units of the frame; what it has seen is put in front of rgba. */
+/* What a translucent piece does to a pixel of a tile. */
+typedef struct tli_fragment {
+    uint32_t pixel; /* row after row */
+    float z;        /* distance along the view, units of the frame */
+    float rgba[4];  /* colour times opacity, opacity */
+} tli_fragment;
+
+/* A ray: its pixel, from the middle, y upwards; the depth it goes to, in units of the frame; the
+ * doors that it comes in by and the fragments on it, nearest first, none behind depth; what it has
+ * seen is put in front of rgba. */
 typedef struct tli_ray {
     float px, py, depth;
     const tli_door_hit *doors;
     size_t door_count;
+    const tli_fragment *fragments;
+    size_t fragment_count;
     float *rgba;
 } tli_ray;
 

@@ -40,7 +40,7 @@ typedef struct lanes {
     masks verts[3];
     reals px, py;
     reals depth, value;         /* where it was passed, and the value there in steps */
-    float end[LANES];           /* depth the ray goes to */
+    float end[LANES];           /* depth of the next fragment, or which the ray goes to */
     float length[LANES];        /* of the ray by depth, mesh units */
     tl_lidx at[LANES];          /* face the ray comes in by: 4 * tet + face */
     int stalled[LANES];         /* steps since the ray last got farther */
@@ -48,6 +48,7 @@ typedef struct lanes {
     four light[LANES];          /* gathered colour and opacity */
     const tli_ray *rays[LANES]; /* NULL: the lane rests */
     size_t doors[LANES];        /* next door of the ray */
+    size_t fragments[LANES];    /* next fragment of the ray */
 } lanes;
 
 static inline reals pick(masks mask, reals yes, reals no)
@@ -144,24 +145,52 @@ static inline void add_piece(const tli_cast *cast, lanes *l, int i, float value,
         add_parts(cast, &l->light[i], l->value[i], value, depth, length);
 }
 
+/* Puts the next fragment of a lane's ray behind what it has seen. */
+static void add_fragment(lanes *l, int i)
+{
+    const tli_ray *ray = l->rays[i];
+    const tli_fragment *f = &ray->fragments[l->fragments[i]++];
+    l->light[i] += spread(1 - l->light[i][3]) * load_four(f->rgba);
+    l->end[i] =
+        l->fragments[i] < ray->fragment_count ? ray->fragments[l->fragments[i]].z : ray->depth;
+}
+
+/* The same as see for a piece with fragments in it, or the end of the ray. */
+static void see_stops(const tli_cast *cast, lanes *l, int i, float from, float to, float value,
+                      float slope)
+{
+    float first = l->value[i], begin = from;
+    bool ends = false;
+    while (!ends && l->end[i] <= to && l->light[i][3] < cast->opacity_end) {
+        float last = first + slope * (l->end[i] - from);
+        sums at = sums_at(cast->transfer, last);
+        if (l->end[i] > begin) add_piece(cast, l, i, last, at, (l->end[i] - begin) * l->length[i]);
+        begin = l->end[i] > begin ? l->end[i] : begin;
+        l->value[i] = last;
+        l->sums[i] = at;
+        ends = l->fragments[i] == l->rays[i]->fragment_count;
+        if (!ends) add_fragment(l, i);
+    }
+    if (!ends && to > begin)
+        add_piece(cast, l, i, value, sums_at(cast->transfer, value), (to - begin) * l->length[i]);
+}
+
 /* Between two passes; what is nearer than the camera or beyond the end is cut off. */
 static inline void see(const tli_cast *cast, lanes *l, int i, float depth, float value)
 {
-    float from = l->depth[i], to = depth, last = value;
+    float from = l->depth[i];
     sums next = sums_at(cast->transfer, value);
-    if (to > from && to > 0) {
-        float slope = (value - l->value[i]) / (to - from);
-        if (from < 0) {
-            l->value[i] -= slope * from;
-            l->sums[i] = sums_at(cast->transfer, l->value[i]);
-            from = 0;
-        }
-        if (to > l->end[i]) {
-            last += slope * (l->end[i] - to);
-            to = l->end[i];
-        }
-        add_piece(cast, l, i, last, last == value ? next : sums_at(cast->transfer, last),
-                  (to - from) * l->length[i]);
+    if (depth > from && depth > 0) {
+        if (from < 0 || depth >= l->end[i]) {
+            float slope = (value - l->value[i]) / (depth - from);
+            if (from < 0) {
+                l->value[i] -= slope * from;
+                l->sums[i] = sums_at(cast->transfer, l->value[i]);
+                from = 0;
+            }
+            see_stops(cast, l, i, from, depth, value, slope);
+        } else
+            add_piece(cast, l, i, value, next, (depth - from) * l->length[i]);
     }
     l->sums[i] = next;
 }
@@ -171,6 +200,7 @@ static inline void see(const tli_cast *cast, lanes *l, int i, float depth, float
 static void finish(lanes *l, int i)
 {
     const tli_ray *ray = l->rays[i];
+    while (l->fragments[i] < ray->fragment_count && l->light[i][3] < 1) add_fragment(l, i);
     float left = 1 - l->light[i][3];
     for (int k = 0; k < 4; k++) ray->rgba[k] = l->light[i][k] + left * ray->rgba[k];
     l->rays[i] = NULL;
@@ -219,7 +249,11 @@ static bool go_on(const tli_cast *cast, lanes *l, int i)
     while (l->doors[i] < ray->door_count) {
         const tli_door_hit *hit = &ray->doors[l->doors[i]++];
         if ((float)hit->z >= ray->depth) return false;
-        if ((float)hit->z >= out && enter(cast, l, i, hit->door)) return true;
+        if ((float)hit->z >= out && enter(cast, l, i, hit->door)) {
+            while (l->fragments[i] < ray->fragment_count && l->end[i] <= l->depth[i])
+                add_fragment(l, i);
+            return true;
+        }
     }
     return false;
 }
@@ -236,12 +270,13 @@ static void take_ray(const tli_cast *cast, lanes *l, int i, const tli_ray **next
         l->doors[i] = 0;
         l->px[i] = ray->px;
         l->py[i] = ray->py;
-        l->end[i] = ray->depth;
+        l->fragments[i] = 0;
+        l->end[i] = ray->fragment_count ? ray->fragments[0].z : ray->depth;
         l->length[i] = (float)cast->unit * (cast->parallel ? 1 : sqrtf(1 + x * x + y * y));
         l->light[i] = spread(0);
         l->depth[i] = -INFINITY;
         if (go_on(cast, l, i)) return;
-        l->rays[i] = NULL;
+        finish(l, i);
     }
     l->at[i] = 0;
 }

@@ -1,8 +1,8 @@
-/* Direct volume rendering: the mesh made ready once, then a picture: vertices to the screen, doors
- * to tiles, rays through the mesh, a tile at a time. */
+/* Direct volume rendering: the mesh made ready once, then a view: vertices to the screen, doors to
+ * tiles, rays through the mesh, a tile at a time. */
 #include <math.h>
 
-#include "draw/draw_cast.h"
+#include "draw/draw_layers.h"
 #include "mesh/mesh.h"
 
 enum { GRAIN = 8192 };
@@ -109,65 +109,88 @@ tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volu
     return tli_light_check(ctx, opts->ambient, opts->diffuse, opts->specular, opts->shininess);
 }
 
-/* ---- a picture ---- */
+/* ---- a view ---- */
 
-typedef struct picture {
-    const tl_volume *volume;
-    tli_frame *frame;
-    tli_cast cast;
-    tli_cast_fn follow;
-    const double *scalar;
+typedef struct placing {
+    const tli_item *item;
+    const tli_frame *frame;
     tli_vert *verts;
-    tli_tiles tiles;
-    tl_image *image;
-} picture;
+} placing;
 
 static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worker)
 {
+    const placing *p = arg;
+    const tl_transfer *t = p->item->transfer;
     (void)worker;
-    const picture *p = arg;
     for (size_t v = begin; v < end; v++) {
         double at[3];
-        tli_frame_place(p->frame, p->volume->mesh->xyz + 3 * v, at);
-        double steps = (p->scalar[v] - p->cast.transfer->low) * p->cast.transfer->per_value;
+        tli_frame_place(p->frame, p->item->volume->mesh->xyz + 3 * v, at);
+        double steps = (p->item->scalar[v] - t->low) * t->per_value;
         p->verts[v] = (tli_vert){(float)at[0], (float)at[1], (float)at[2], (float)steps};
     }
     return TL_OK;
 }
 
-static void draw_tile(const picture *p, size_t tile, const tli_door_hit *hits, size_t count)
+tl_status tli_volume_view_open(tl_ctx *ctx, const tli_item *item, const tli_frame *frame,
+                               const tl_image *image, tli_volume_view *view)
 {
-    tli_ray rays[TLI_TILE_PX * TLI_TILE_PX];
-    size_t ray_count = 0;
-    uint32_t left = (uint32_t)(tile % p->tiles.columns) * TLI_TILE_PX;
-    uint32_t top = (uint32_t)(tile / p->tiles.columns) * TLI_TILE_PX;
-    for (size_t i = 0, end; i < count; i = end) {
-        uint32_t column = left + hits[i].pixel % TLI_TILE_PX,
-                 row = top + hits[i].pixel / TLI_TILE_PX;
-        size_t at = (size_t)row * p->image->width + column;
-        for (end = i + 1; end < count && hits[end].pixel == hits[i].pixel;) end++;
-        rays[ray_count++] = (tli_ray){(float)(column + 0.5 - p->frame->middle[0]),
-                                      (float)(p->frame->middle[1] - row - 0.5),
-                                      (float)((double)p->image->depth[at] / p->frame->unit),
-                                      hits + i,
-                                      end - i,
-                                      p->image->rgba + 4 * at};
-    }
-    if (ray_count) p->follow(&p->cast, rays, ray_count);
+    tl_status st = TL_OK;
+    const tl_volume_opts *o = &item->volume_opts;
+    if (o->lit || o->gradient_opacity > 0)
+        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "volumes are not lit");
+    *view = (tli_volume_view){.follow = tli_cast_best()};
+    view->verts = tl_mem_alloc(ctx, item->volume->vert_count, sizeof *view->verts, &st);
+    placing p = {item, frame, view->verts};
+    if (!st) st = tli_parallel(ctx, item->volume->vert_count, GRAIN, place_verts, &p);
+    if (!st) st = tli_doors_open(ctx, item->volume, frame, view->verts, image, &view->doors);
+    view->cast = (tli_cast){.cells = item->volume->cells,
+                            .verts = view->verts,
+                            .transfer = item->transfer,
+                            .scale = frame->scale,
+                            .unit = frame->unit,
+                            .parallel = frame->parallel,
+                            .opacity_end = (float)o->opacity_end,
+                            .step_depth = (float)o->step_depth};
+    if (st) tl_mem_free(ctx, view->verts);
+    return st;
 }
 
-static tl_status draw_tiles(void *arg, size_t begin, size_t end, unsigned worker)
+void tli_volume_view_close(tl_ctx *ctx, tli_volume_view *view)
 {
-    (void)worker;
-    const picture *p = arg;
-    tl_status st = TL_OK;
-    tli_door_hit *hits = NULL;
-    size_t hit_max = 0, count = 0;
-    for (size_t tile = begin; !st && tile < end; tile++) {
-        st = tli_tile_hits(&p->tiles, tile, &hits, &hit_max, &count);
-        if (!st) draw_tile(p, tile, hits, count);
+    tli_doors_close(&view->doors);
+    tl_mem_free(ctx, view->verts);
+}
+
+bool tli_volume_view_misses(const tli_volume_view *view, size_t tile_index)
+{
+    const size_t *starts = view->doors.tiling.starts;
+    return starts[tile_index] == starts[tile_index + 1];
+}
+
+tl_status tli_volume_view_draw(const tli_volume_view *view, size_t tile_index, tli_tile *tile)
+{
+    tli_ray rays[TLI_TILE_PIXELS];
+    size_t ray_count = 0, hit = 0, hit_count;
+    tl_status st =
+        tli_doors_hits(&view->doors, tile_index, &tile->hits, &tile->hit_max, &hit_count);
+    for (uint32_t pixel = 0; !st && pixel < TLI_TILE_PIXELS; pixel++) {
+        size_t first = hit;
+        while (hit < hit_count && tile->hits[hit].pixel == pixel) hit++;
+        if (hit == first) {
+            tli_tile_blend(tile, pixel);
+            continue;
+        }
+        rays[ray_count++] =
+            (tli_ray){.px = (float)(tile->px + pixel % TLI_TILE_PX),
+                      .py = (float)(tile->py - pixel / TLI_TILE_PX),
+                      .depth = tile->z[pixel],
+                      .doors = tile->hits + first,
+                      .door_count = hit - first,
+                      .fragments = tile->sorted + tile->starts[pixel],
+                      .fragment_count = tile->starts[pixel + 1] - tile->starts[pixel],
+                      .rgba = tile->rgba[pixel]};
     }
-    tl_mem_free(p->tiles.ctx, hits);
+    if (ray_count) view->follow(&view->cast, rays, ray_count);
     return st;
 }
 
@@ -175,32 +198,9 @@ tl_status tl_draw_volume(tl_ctx *ctx, const tl_volume *volume, const double *sca
                          const tl_transfer *transfer, const tl_camera *camera,
                          const tl_volume_opts *opts, tl_image *image)
 {
-    tli_frame frame;
-    tl_volume_opts own;
-    picture p = {.volume = volume,
-                 .frame = &frame,
-                 .scalar = scalar,
-                 .follow = tli_cast_best(),
-                 .image = image};
-    tl_status st = tli_volume_opts_take(ctx, opts, &own);
-    if (!st && (own.lit || own.gradient_opacity > 0))
-        st = tl_fail(ctx, TL_ERR_UNSUPPORTED, "volumes are not lit");
-    if (!st) st = tli_frame_set(ctx, camera, image, &frame);
-    if (st) return st;
-    p.cast = (tli_cast){.cells = volume->cells,
-                        .transfer = transfer,
-                        .scale = frame.scale,
-                        .unit = frame.unit,
-                        .parallel = frame.parallel,
-                        .opacity_end = (float)own.opacity_end,
-                        .step_depth = (float)own.step_depth};
-    p.cast.verts = p.verts = tl_mem_alloc(ctx, volume->vert_count, sizeof *p.verts, &st);
-    if (!st) st = tli_parallel(ctx, volume->vert_count, GRAIN, place_verts, &p);
-    if (!st) st = tli_tiles_open(ctx, volume, &frame, p.verts, image, &p.tiles);
-    if (!st) {
-        st = tli_parallel(ctx, (size_t)p.tiles.columns * p.tiles.rows, 1, draw_tiles, &p);
-        tli_tiles_close(&p.tiles);
-    }
-    tl_mem_free(ctx, p.verts);
-    return st;
+    tli_item item = {
+        .kind = TLI_ITEM_VOLUME, .volume = volume, .scalar = scalar, .transfer = transfer};
+    tli_item *const items[1] = {&item};
+    tl_status st = tli_volume_opts_take(ctx, opts, &item.volume_opts);
+    return st ? st : tli_cpu_draw(ctx, items, 1, camera, image);
 }

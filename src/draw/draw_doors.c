@@ -8,14 +8,12 @@
 #include "draw/draw.h"
 #include "mesh/mesh.h"
 
-/* Columns and rows of tiles [low, high] that a face may be seen in; none if low > high. */
+/* Columns and rows of pixels [low, high] that a face may be seen in; none if low > high. */
 typedef struct span {
     int32_t low[2], high[2];
 } span;
 
-static const span NOWHERE = {{0, 0}, {-1, -1}};
-
-static void corners(const tli_tiles *t, tl_lidx door, const tli_vert *out[3])
+static void corners(const tli_doors *t, tl_lidx door, const tli_vert *out[3])
 {
     const tli_cell *cell = &t->volume->cells[door / 4];
     for (int i = 0; i < 3; i++) out[i] = &t->verts[cell->verts[tli_tet_faces[door % 4][i]]];
@@ -34,14 +32,9 @@ static double side(const tli_vert *const v[3])
     return vec_dot(p[0], n);
 }
 
-static int32_t clamp(double tile, uint32_t count)
-{
-    return tile < 0 ? 0 : tile >= count ? (int32_t)count - 1 : (int32_t)tile;
-}
-
 /* The box of a face on the picture in pixels from the upper left corner; false if it may be
  * anywhere, since it passes beside the camera. */
-static bool box_of(const tli_tiles *t, const tli_vert *const v[3], double low[2], double high[2])
+static bool box_of(const tli_doors *t, const tli_vert *const v[3], double low[2], double high[2])
 {
     int front = 0, back = 0;
     for (int k = 0; k < 2; k++) {
@@ -63,7 +56,7 @@ static bool box_of(const tli_tiles *t, const tli_vert *const v[3], double low[2]
 }
 
 /* True for a face that no ray can come in by: it is not finite or looks away. */
-static bool is_shut(const tli_tiles *t, const tli_vert *const v[3])
+static bool is_shut(const tli_doors *t, const tli_vert *const v[3])
 {
     int front = 0, back = 0;
     for (int i = 0; i < 3; i++) {
@@ -74,27 +67,22 @@ static bool is_shut(const tli_tiles *t, const tli_vert *const v[3])
     return !t->frame->parallel && (front == 3 ? side(v) <= 0 : back == 3 && side(v) >= 0);
 }
 
-static span tiles_of(const tli_tiles *t, tl_lidx door)
+static bool box_of_door(const void *data, size_t i, double low[2], double high[2])
 {
+    const tli_doors *t = data;
     const tli_vert *v[3];
-    double low[2], high[2];
-    corners(t, door, v);
-    if (is_shut(t, v)) return NOWHERE;
+    corners(t, t->volume->doors[i], v);
+    if (is_shut(t, v)) return false;
     if (!box_of(t, v, low, high))
-        return (span){{0, 0}, {(int32_t)t->columns - 1, (int32_t)t->rows - 1}};
-    if (!(high[0] >= 0 && high[1] >= 0 && low[0] <= t->width && low[1] <= t->height))
-        return NOWHERE;
-    span s;
-    for (int k = 0; k < 2; k++) {
-        uint32_t count = k ? t->rows : t->columns;
-        s.low[k] = clamp(floor(low[k] / TLI_TILE_PX), count);
-        s.high[k] = clamp(floor(high[k] / TLI_TILE_PX), count);
-    }
-    return s;
+        for (int k = 0; k < 2; k++) {
+            low[k] = -(double)INFINITY;
+            high[k] = (double)INFINITY;
+        }
+    return true;
 }
 
 /* Columns and rows inside of a tile, which begins at (left, top), that a face may be seen in. */
-static span pixels_of(const tli_tiles *t, const tli_vert *const v[3], uint32_t left, uint32_t top)
+static span pixels_of(const tli_doors *t, const tli_vert *const v[3], uint32_t left, uint32_t top)
 {
     span s = {{0, 0}, {TLI_TILE_PX - 1, TLI_TILE_PX - 1}};
     double low[2], high[2];
@@ -110,65 +98,27 @@ static span pixels_of(const tli_tiles *t, const tli_vert *const v[3], uint32_t l
     return s;
 }
 
-static size_t tile_count(const tli_tiles *t)
+tl_status tli_doors_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
+                         const tli_vert *verts, const tl_image *image, tli_doors *doors)
 {
-    return (size_t)t->columns * t->rows;
-}
-
-/* counts: places for each tile, or the next free one in entries. */
-static void list_doors(const tli_tiles *t, size_t *next, tl_lidx *entries)
-{
-    for (size_t d = 0; d < t->volume->door_count; d++) {
-        span s = tiles_of(t, t->volume->doors[d]);
-        for (int32_t row = s.low[1]; row <= s.high[1]; row++)
-            for (int32_t column = s.low[0]; column <= s.high[0]; column++) {
-                size_t tile = (size_t)row * t->columns + (size_t)column;
-                if (entries) entries[next[tile]] = t->volume->doors[d];
-                next[tile]++;
-            }
-    }
-}
-
-tl_status tli_tiles_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
-                         const tli_vert *verts, const tl_image *image, tli_tiles *tiles)
-{
-    tl_status st = TL_OK;
-    *tiles = (tli_tiles){.ctx = ctx,
+    *doors = (tli_doors){.ctx = ctx,
                          .volume = volume,
                          .frame = frame,
                          .verts = verts,
                          .width = image->width,
-                         .height = image->height,
-                         .columns = (image->width + TLI_TILE_PX - 1) / TLI_TILE_PX,
-                         .rows = (image->height + TLI_TILE_PX - 1) / TLI_TILE_PX};
-    size_t count = tile_count(tiles), next = 0;
-    tiles->starts = tl_mem_zalloc(ctx, count + 2, sizeof *tiles->starts, &st);
-    if (st) return st;
-    /* starts moves one place to the right, so that filling moves it back */
-    list_doors(tiles, tiles->starts + 1, NULL);
-    for (size_t i = 1; i <= count; i++) {
-        size_t own = tiles->starts[i];
-        tiles->starts[i] = next;
-        next += own;
-    }
-    tiles->entries = tl_mem_alloc(ctx, next, sizeof *tiles->entries, &st);
-    if (!st) list_doors(tiles, tiles->starts + 1, tiles->entries);
-    if (st) tli_tiles_close(tiles);
-    return st;
+                         .height = image->height};
+    return tli_tiling_open(ctx, image, volume->door_count, box_of_door, doors, &doors->tiling);
 }
 
-void tli_tiles_close(tli_tiles *tiles)
+void tli_doors_close(tli_doors *doors)
 {
-    tl_mem_free(tiles->ctx, tiles->entries);
-    tl_mem_free(tiles->ctx, tiles->starts);
-    tiles->entries = NULL;
-    tiles->starts = NULL;
+    tli_tiling_close(doors->ctx, &doors->tiling);
 }
 
 /* ---- one tile ---- */
 
 /* Whether a ray comes in by a face, and how deep. */
-static bool hit_pixel(const tli_tiles *t, const tli_vert *const v[3], double px, double py,
+static bool hit_pixel(const tli_doors *t, const tli_vert *const v[3], double px, double py,
                       double *depth)
 {
     double x[3], y[3], e[3], sum = 0, z = 0;
@@ -187,7 +137,7 @@ static bool hit_pixel(const tli_tiles *t, const tli_vert *const v[3], double px,
 }
 
 /* Hits of a face at the pixels of a tile, which begin at (left, top). */
-static tl_status hit_door(const tli_tiles *t, tl_lidx door, uint32_t left, uint32_t top,
+static tl_status hit_door(const tli_doors *t, tl_lidx door, uint32_t left, uint32_t top,
                           tli_door_hit **hits, size_t *hit_max, size_t *count)
 {
     tl_status st = TL_OK;
@@ -228,15 +178,16 @@ static void sort_hits(tli_door_hit *hits, size_t count)
         }
 }
 
-tl_status tli_tile_hits(const tli_tiles *tiles, size_t tile, tli_door_hit **hits, size_t *hit_max,
-                        size_t *count)
+tl_status tli_doors_hits(const tli_doors *doors, size_t tile, tli_door_hit **hits, size_t *hit_max,
+                         size_t *count)
 {
     tl_status st = TL_OK;
-    uint32_t left = (uint32_t)(tile % tiles->columns) * TLI_TILE_PX;
-    uint32_t top = (uint32_t)(tile / tiles->columns) * TLI_TILE_PX;
+    uint32_t left = (uint32_t)(tile % doors->tiling.columns) * TLI_TILE_PX;
+    uint32_t top = (uint32_t)(tile / doors->tiling.columns) * TLI_TILE_PX;
     *count = 0;
-    for (size_t i = tiles->starts[tile]; !st && i < tiles->starts[tile + 1]; i++)
-        st = hit_door(tiles, tiles->entries[i], left, top, hits, hit_max, count);
+    for (size_t i = doors->tiling.starts[tile]; !st && i < doors->tiling.starts[tile + 1]; i++)
+        st = hit_door(doors, doors->volume->doors[doors->tiling.entries[i]], left, top, hits,
+                      hit_max, count);
     if (!st) sort_hits(*hits, *count);
     return st;
 }
