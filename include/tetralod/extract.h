@@ -1,5 +1,5 @@
 /* tetralod, stage extract: what is drawn of a mesh: slices (isosurfaces, planes), and the fields
- * that are derived of its channels.
+ * that are derived of its channels, streamlines.
  *
  * A surface is a slice: where a scalar on vertices, linear in each tet, has a value. The scalar may
  * be a channel, a component or norm of one, the distance of a plane, or time.
@@ -221,6 +221,108 @@ TL_API tl_status tl_mesh_clip(tl_ctx *ctx, const tl_mesh *mesh, const tl_half_sp
 TL_API tl_status tl_polydata_clip(tl_ctx *ctx, const tl_polydata *polydata,
                                   const tl_half_space *sides, size_t side_count,
                                   tl_polydata **clipped);
+
+/* ---- streamlines ---- */
+
+typedef enum tl_stream_direction {
+    TL_STREAM_FORWARD = 1,
+    TL_STREAM_BACKWARD = 2,
+    TL_STREAM_BOTH = 3
+} tl_stream_direction;
+
+/* Why one direction of a line ended. */
+typedef enum tl_stream_end {
+    TL_STREAM_END_BOUNDARY = 0, /* left the mesh: the last vertex lies on the boundary */
+    TL_STREAM_END_LENGTH = 1,
+    TL_STREAM_END_TIME = 2,
+    TL_STREAM_END_STEPS = 3,
+    TL_STREAM_END_SPEED = 4,
+    TL_STREAM_END_LOOP = 5,  /* came back to where it had been, in the same direction */
+    TL_STREAM_END_VALUE = 6, /* met a vector that is not finite */
+    TL_STREAM_END_COUNT = 7
+} tl_stream_end;
+
+typedef struct tl_stream_opts {
+    size_t struct_bytes;
+    unsigned order;                /* 2 (default): second order, steps of a fixed part of a tet;
+                                      5: Dormand & Prince's fifth order, steps by their error */
+    tl_stream_direction direction; /* default both; a line's vertices follow the flow */
+    double step; /* of order 2 the step, of order 5 the longest one: in parts of the longest chord
+                    of the tet along the flow; above 0, at most 64; default 0: 0.5 and 2. The error
+                    of order 2 grows with its square, the time falls */
+    double tolerance;  /* order 5: error of a step, in parts of the diagonal of the mesh; above 0,
+                          default 1e-7 */
+    double length_max; /* of each direction, mesh units; default 0: four diagonals */
+    double time_max;   /* of each direction, in lengths by speed; default 0: none */
+    size_t step_max;   /* of each direction; default 10,000 */
+    double speed_min;  /* a slower point ends a line; in parts of the largest speed on vertices, 0
+                          to 1; default 1e-6 */
+    const size_t *channels; /* [channel_count] channels of the mesh, on vertices, that are carried
+                               along; default none. borrowed */
+    size_t channel_count;
+} tl_stream_opts;
+TL_API tl_stream_opts tl_stream_opts_defaults(void);
+
+/* What became of the seeds. */
+typedef struct tl_stream_report {
+    size_t seeds_outside; /* of the mesh, or where nothing flows: no line */
+    size_t
+        seeds_covered; /* tl_streamlines_cover: cells that a line ran through before their turn */
+    uint64_t steps;    /* of the lines that were given */
+    size_t ends[TL_STREAM_END_COUNT]; /* by tl_stream_end, one for each direction of each line */
+} tl_stream_report;
+
+/* Lines along a field of vectors, linear in each tet, from seeds, by walking from tet to tet. Where
+ * a step would leave the mesh it is halved, so that a line follows a wall and never jumps over one;
+ * where the mesh has flat or inverted tets the locator is asked. A line is closed by a last vertex
+ * near its first one if it is a loop.
+ * opposite  of tl_mesh_adjacency, or NULL to compute it
+ * locator   of this mesh, or NULL to make one
+ * vectors   [vert_count][3]; of a vertex where it is not finite nothing is followed
+ * seeds     [seed_count][3]; a line for each one in the mesh, in this order
+ * opts      may be NULL
+ * report    may be NULL
+ * Gives *lines, with the channels "time" (from the seed, negative before it) and "speed", then
+ * those carried along; a name that is taken gets "_2". TL_ERR_ARG for options out of range,
+ * TL_ERR_UNSUPPORTED for more than 2^32 - 2 vertices. Sondershaus 2007, 7.3.1. */
+TL_API tl_status tl_streamlines(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
+                                const tl_locator *locator, const double *vectors,
+                                const double *seeds, size_t seed_count, const tl_stream_opts *opts,
+                                tl_polydata **lines, tl_stream_report *report);
+
+/* The same with seeds that cover a box evenly: a grid of cubic cells, cells along its longest side,
+ * 1 to 1,024; a line begins in each cell that no earlier one ran through. bounds (x0, x1, y0, y1,
+ * z0, z1) may be NULL: that of the mesh. */
+TL_API tl_status tl_streamlines_cover(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
+                                      const tl_locator *locator, const double *vectors,
+                                      const double bounds[6], uint32_t cells,
+                                      const tl_stream_opts *opts, tl_polydata **lines,
+                                      tl_stream_report *report);
+
+/* Which lines run through a box, for those that are drawn full while the others are ghosts
+ * (Sondershaus 2007, 7.3.2). bounds as above; selected [cell_count] 1 or 0; returns how many are.
+ * One thread. */
+TL_API size_t tl_lines_in_box(const tl_polydata *lines, const double bounds[6], uint8_t *selected);
+
+/* Points where a field of vectors, linear in each tet, is 0: inside of tets, and vertices none of
+ * whose neighbours is 0, so that a wall where nothing flows is none. Gives *points in the order of
+ * their tets, each once. TL_ERR_UNSUPPORTED for more than 2^32 - 2. */
+TL_API tl_status tl_critical_points(tl_ctx *ctx, const tl_mesh *mesh, const double *vectors,
+                                    tl_polydata **points);
+
+/* Seeds, evenly spread; one thread. Each gives *seeds as points, count above 0 and at most 2^24,
+ * TL_ERR_ARG for what has no extent or is not finite. From a to b, both included. */
+TL_API tl_status tl_seeds_line(tl_ctx *ctx, const double a[3], const double b[3], size_t count,
+                               tl_polydata **seeds);
+/* Of a box, flat ones too: the centres of about count cubes (or squares). */
+TL_API tl_status tl_seeds_box(tl_ctx *ctx, const double bounds[6], size_t count,
+                              tl_polydata **seeds);
+/* Of a plane, as far as it lies in a box: the centres of about count squares. */
+TL_API tl_status tl_seeds_plane(tl_ctx *ctx, const double origin[3], const double normal[3],
+                                const double bounds[6], size_t count, tl_polydata **seeds);
+/* On a sphere around each point, count of them: along a spiral of equal area. */
+TL_API tl_status tl_seeds_around(tl_ctx *ctx, const tl_polydata *points, double radius,
+                                 size_t count, tl_polydata **seeds);
 
 #ifdef __cplusplus
 }
