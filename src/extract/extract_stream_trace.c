@@ -18,6 +18,9 @@ static const double STEP_LEAVING = 1.0 / 256;
  * direction differs by less than about 25 degrees, and the line has gone at least so many steps. */
 static const double LOOP_NEAR = 0.02, LOOP_COSINE = 0.9;
 enum { LOOP_STEPS = 6 };
+/* The change of the vector in a step, in its length, that is allowed: lines look smooth, and are
+ * right in tets that hold a critical point. */
+static const double TURN_MAX = 0.35;
 /* What is left of a length or time, relative to all of it, that is as good as none. */
 static const double LEFT = 1e-9;
 /* Order 5: how a step may change at once, and the part of the step that the error allows. */
@@ -100,18 +103,19 @@ static void look(walker *w)
     for (int k = 0; k < 3; k++) w->v[k] *= w->sign;
 }
 
-/* How fast a vector carries a point through the cell: chords by time; or how fast it turns and
- * grows on the way, if that is faster. */
-static double rate_of(const tli_stream_cell *cell, const double v[3])
+/* The longest step in time: a part of the chord of the cell along the vector; less where the vector
+ * turns or grows faster than that. */
+static double longest_step(const tli_stream_job *job, const walker *w)
 {
     double chords = 0, change[3] = {0, 0, 0};
     for (int i = 0; i < 4; i++) {
-        double along = vec_dot(cell->slopes[i], v);
+        double along = vec_dot(w->cell.slopes[i], w->v);
         chords += fabs(along) / 2;
-        for (int k = 0; k < 3; k++) change[k] += along * cell->vectors[i][k];
+        for (int k = 0; k < 3; k++) change[k] += along * w->cell.vectors[i][k];
     }
-    double turn = vec_dot(change, change), square = vec_dot(v, v);
-    return chords * chords * square >= turn ? chords : sqrt(turn / square);
+    double step = job->opts.step / chords;
+    double turn = vec_dot(change, change) * step * step, square = vec_dot(w->v, w->v);
+    return turn > TURN_MAX * TURN_MAX * square ? step * TURN_MAX * sqrt(square / turn) : step;
 }
 
 /* Cuts a step so that time and length are not passed. */
@@ -131,7 +135,7 @@ static tli_stream_way go(const tli_stream_job *job, walker *w, const double at[3
     if (way != TLI_WAY_IN) return way;
     tli_stream_vector(&w->cell, w->weights, v);
     for (int k = 0; k < 3; k++) v[k] *= w->sign;
-    return TLI_WAY_IN;
+    return vec_is_finite(v) ? TLI_WAY_IN : TLI_WAY_LOST;
 }
 
 static tli_stream_way step_second(const tli_stream_job *job, walker *w, double h, double to[3],
@@ -226,7 +230,7 @@ static tli_stream_way advance(const tli_stream_job *job, walker *w)
 {
     const tli_stream_cell start = w->cell;
     bool fifth = job->opts.order == 5;
-    double to[3], v[3], error = 0, longest = job->opts.step / rate_of(&w->cell, w->v);
+    double to[3], v[3], error = 0, longest = longest_step(job, w);
     double h = clip_step(job, w, fifth && w->step < longest ? w->step : longest);
     for (;; w->cell = start) {
         if (!(h > 0 && isfinite(h))) return TLI_WAY_LOST;
@@ -253,24 +257,28 @@ static tli_stream_way advance(const tli_stream_job *job, walker *w)
 
 /* ---- a line ---- */
 
-/* True if the step from x to the walker's point passes an anchor, going where it went. */
-static bool passes(const anchor *a, const double x[3], const walker *w)
+/* True if the step from x, where the vector was v, to the walker's point passes an anchor, going
+ * where it went. A step is an arc: off its chord by an eighth of its turn. */
+static bool passes(const anchor *a, const double x[3], const double v[3], const walker *w)
 {
-    double way[3], to[3];
+    double way[3], to[3], bend[3];
     if (w->steps - a->step < LOOP_STEPS) return false;
     vec_sub(w->x, x, way);
     vec_sub(a->x, x, to);
     double square = vec_dot(way, way), part = vec_dot(to, way) / square;
     if (!(part >= 0 && part <= 1)) return false;
+    vec_sub(w->v, v, bend);
+    double near = LOOP_NEAR + vec_length(bend) / vec_length(v) / 8;
     double off = vec_dot(to, to) - part * part * square;
     double along = vec_dot(way, a->v);
-    return off < LOOP_NEAR * LOOP_NEAR * square && along > 0 &&
+    return off < near * near * square && along > 0 &&
            along * along > LOOP_COSINE * LOOP_COSINE * square * vec_dot(a->v, a->v);
 }
 
-/* The rule that ends the line now, TL_STREAM_END_COUNT for none; before: where the last step began.
+/* The rule that ends the line now, TL_STREAM_END_COUNT for none; x, v: where the last step began.
  */
-static tl_stream_end ends_here(const tli_stream_job *job, walker *w, const double before[3])
+static tl_stream_end ends_here(const tli_stream_job *job, walker *w, const double x[3],
+                               const double v[3])
 {
     double square = vec_dot(w->v, w->v);
     if (!isfinite(square)) return TL_STREAM_END_VALUE;
@@ -278,7 +286,7 @@ static tl_stream_end ends_here(const tli_stream_job *job, walker *w, const doubl
     if (w->length >= job->length_max * (1 - LEFT)) return TL_STREAM_END_LENGTH;
     if (w->time >= job->time_max * (1 - LEFT)) return TL_STREAM_END_TIME;
     if (w->steps >= job->opts.step_max) return TL_STREAM_END_STEPS;
-    if (passes(&w->seed, before, w) || passes(&w->later, before, w)) return TL_STREAM_END_LOOP;
+    if (passes(&w->seed, x, v, w) || passes(&w->later, x, v, w)) return TL_STREAM_END_LOOP;
     if ((w->steps & (w->steps - 1)) == 0) set_anchor(&w->later, w);
     return TL_STREAM_END_COUNT;
 }
@@ -294,9 +302,9 @@ static tl_status trace_one(const tli_stream_job *job, const walker *seed, double
     w.step = INFINITY;
     set_anchor(&w.seed, &w);
     set_anchor(&w.later, &w);
-    *end = ends_here(job, &w, w.x);
+    *end = ends_here(job, &w, w.x, w.v);
     while (!st && *end == TL_STREAM_END_COUNT) {
-        double before[3] = {w.x[0], w.x[1], w.x[2]};
+        const double x[3] = {w.x[0], w.x[1], w.x[2]}, v[3] = {w.v[0], w.v[1], w.v[2]};
         size_t steps = w.steps;
         tli_stream_way way = advance(job, &w);
         if (way == TLI_WAY_LOST)
@@ -304,7 +312,7 @@ static tl_status trace_one(const tli_stream_job *job, const walker *seed, double
         else if (way == TLI_WAY_OUT)
             *end = TL_STREAM_END_BOUNDARY;
         else
-            *end = ends_here(job, &w, before);
+            *end = ends_here(job, &w, x, v);
         if (*end != TL_STREAM_END_VALUE && w.steps > steps) st = push_row(job, &w, line);
     }
     line->ends[*end] += !st;
