@@ -1,5 +1,5 @@
 /* tetralod, stage extract: what is drawn of a mesh: slices (isosurfaces, planes), and the fields
- * that are derived of its channels, streamlines.
+ * that are derived of its channels; lines along vector fields.
  *
  * A surface is a slice: where a scalar on vertices, linear in each tet, has a value. The scalar may
  * be a channel, a component or norm of one, the distance of a plane, or time.

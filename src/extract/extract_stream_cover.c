@@ -5,9 +5,7 @@
  * strides over the whole grid, so that the first lines are far apart. Which lines run through a box
  * is found by their segments: that is quicker than what a grid of their names would cost. */
 #include <math.h>
-#include <string.h>
 
-#include "base/base_vec.h"
 #include "extract/extract_stream.h"
 #include "mesh/mesh.h"
 
@@ -60,18 +58,6 @@ static tl_status open_cover(const tli_stream_job *job, const double given[6], ui
     return st;
 }
 
-/* Cell of a point, count if it is outside. */
-static size_t cell_of(const cover *c, const double x[3])
-{
-    size_t cell = 0;
-    for (int k = 3; k-- > 0;) {
-        double at = (x[k] - c->low[k]) / c->edge;
-        if (!(at >= 0 && at < (double)c->counts[k])) return c->count;
-        cell = cell * c->counts[k] + (size_t)at;
-    }
-    return cell;
-}
-
 /* A point of the cell that the mesh holds: the centre, or that of one of eight parts. */
 static bool seed_of(const cover *c, size_t cell, double seed[3])
 {
@@ -87,23 +73,44 @@ static bool seed_of(const cover *c, size_t cell, double seed[3])
     return false;
 }
 
-/* Marks the cells that a line runs through: steps are cut so that none is passed over but at its
- * corner. */
+/* Marks the cell with these numbers, if it is one. */
+static void mark_cell(cover *c, const double at[3])
+{
+    size_t cell = 0;
+    for (int k = 3; k-- > 0;) {
+        if (!(at[k] >= 0 && at[k] < (double)c->counts[k])) return;
+        cell = cell * c->counts[k] + (size_t)at[k];
+    }
+    c->covered[cell] = 1;
+}
+
+/* Marks the cells that a step runs through, from wall to wall. */
+static void mark_step(cover *c, const double a[3], const double b[3])
+{
+    double at[3], next[3], apart[3], walls = 0;
+    for (int k = 0; k < 3; k++) {
+        double from = (a[k] - c->low[k]) / c->edge, to = (b[k] - c->low[k]) / c->edge;
+        at[k] = floor(from);
+        walls += fabs(floor(to) - at[k]);
+        apart[k] = to > from ? 1 / (to - from) : to < from ? 1 / (from - to) : INFINITY;
+        double wall = to > from ? at[k] + 1 - from : from - at[k];
+        next[k] = to == from ? INFINITY : wall * apart[k];
+    }
+    mark_cell(c, at);
+    for (; walls > 0; walls--) {
+        int k = next[0] <= next[1] ? 0 : 1;
+        k = next[2] < next[k] ? 2 : k;
+        at[k] += b[k] > a[k] ? 1 : -1;
+        next[k] += apart[k];
+        mark_cell(c, at);
+    }
+}
+
 static void mark_line(cover *c, const tli_stream_line *line)
 {
     size_t width = c->job->row_doubles;
-    for (size_t i = 0; i < line->count; i++) {
-        const double *b = line->rows + width * i, *a = i ? b - width : b;
-        double way[3];
-        vec_sub(b, a, way);
-        size_t parts = (size_t)(2 * vec_length(way) / c->edge) + 1;
-        for (size_t part = 1; part <= parts; part++) {
-            double x[3], w = (double)part / (double)parts;
-            for (int k = 0; k < 3; k++) x[k] = a[k] + w * way[k];
-            size_t cell = cell_of(c, x);
-            if (cell < c->count) c->covered[cell] = 1;
-        }
-    }
+    for (size_t i = 1; i < line->count; i++)
+        mark_step(c, line->rows + width * (i - 1), line->rows + width * i);
 }
 
 /* The next cells that are empty, at most AT_ONCE, and their seeds; place: in the order of cells. */
