@@ -308,7 +308,7 @@ const cli_verb cli_verb_render = {
     .details =
         "IN is a model or any file that 'tetralod formats' lists. A ray a pixel goes through "
         "the tets and integrates the linear field in each.",
-    .groups = {&PICTURE_GROUP, &LOOK_GROUP, &cli_group_detail, &cli_group_reading,
-               &cli_group_common},
+    .groups = {&PICTURE_GROUP, &LOOK_GROUP, &cli_group_detail, &cli_group_derive,
+               &cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

@@ -266,6 +266,6 @@ const cli_verb cli_verb_surface = {
     .details = "IN is a model or any file that 'tetralod formats' lists. Triangles look to lower "
                "values, and so do the normals. In JSON closed tells whether every edge has two "
                "triangles; seconds is the slicing alone, gradients included.",
-    .groups = {&GROUP, &cli_group_detail, &cli_group_reading, &cli_group_common},
+    .groups = {&GROUP, &cli_group_detail, &cli_group_derive, &cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

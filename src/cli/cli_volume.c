@@ -120,13 +120,15 @@ static bool is_named(const cli_volume_request *request, const char *name)
     return found;
 }
 
-/* The channels of the step that are asked for. */
-static void choose_channels(cli_volume *volume, const cli_volume_request *request)
+/* The channels of the step that are asked for; all where words may name any. */
+static void choose_channels(const cli_session *session, cli_volume *volume,
+                            const cli_volume_request *request)
 {
+    bool all = cli_derive_given(session);
     volume->channel_count = 0;
     for (uint32_t c = 0; c < volume->head->channel_count; c++) {
         const tl_store_channel *channel = &volume->head->channels[c];
-        if (cli_in_step(channel, &volume->step) && is_named(request, channel->name))
+        if (cli_in_step(channel, &volume->step) && (all || is_named(request, channel->name)))
             volume->channels[volume->channel_count++] = c;
     }
 }
@@ -147,8 +149,17 @@ static int open_model(cli_session *session, cli_volume *volume)
                     : cli_choose_step(session, volume->head, &volume->step);
     if (!failed) {
         cli_volume_request all = cli_volume_request_defaults();
-        choose_channels(volume, &all);
+        choose_channels(session, volume, &all);
     }
+    return failed;
+}
+
+/* Adds and chooses what the words say. */
+static int derive(cli_session *session, cli_volume *volume)
+{
+    size_t whole = tl_mesh_tet_count(volume->input.mesh);
+    int failed = cli_derive(session, volume->bounds, &volume->input.mesh);
+    volume->whole_tets = cli_derive_chooses(session) ? whole : 0;
     return failed;
 }
 
@@ -164,6 +175,7 @@ int cli_volume_begin(cli_session *session, const char *path, cli_volume *volume)
         if (failed) return failed;
         cli_bounds(volume->input.mesh, volume->bounds);
         volume->diagonal = cli_diagonal(volume->input.mesh);
+        failed = derive(session, volume);
     }
     volume->seconds = volume->open_seconds = cli_now() - start;
     if (failed) cli_volume_close(session, volume);
@@ -203,8 +215,10 @@ int cli_volume_look(cli_session *session, cli_volume *volume, const tl_mesh **me
         st = move_cut(session, volume, &query);
         if (!st) st = make_mesh(session, volume);
     }
+    int failed = st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+    if (!failed && volume->is_model) failed = derive(session, volume);
     *mesh = volume->input.mesh;
-    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+    return failed;
 }
 
 int cli_volume_cut(cli_session *session, cli_volume *volume, const cli_volume_request *request)
@@ -214,7 +228,7 @@ int cli_volume_cut(cli_session *session, cli_volume *volume, const cli_volume_re
     double start = cli_now();
     if (!volume->is_model) return CLI_DONE;
     volume->has_view = request->camera != NULL;
-    choose_channels(volume, request);
+    choose_channels(session, volume, request);
     double *bounds = tl_mem_alloc(session->ctx, volume->head->channel_count, sizeof *bounds, &st);
     int failed = st ? cli_fail(session, session->ctx, st)
                     : fill_query(session, volume, request, bounds, &query);
@@ -232,9 +246,10 @@ int cli_volume_mesh(cli_session *session, cli_volume *volume)
     double start = cli_now();
     if (!volume->is_model) return CLI_DONE;
     tl_status st = make_mesh(session, volume);
+    int failed = st ? cli_fail(session, session->ctx, st) : derive(session, volume);
     volume->mesh_seconds = cli_now() - start;
     volume->seconds = volume->open_seconds + volume->cut_seconds + volume->mesh_seconds;
-    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+    return failed;
 }
 
 int cli_volume_open(cli_session *session, const char *path, cli_volume *volume)
@@ -286,10 +301,18 @@ tl_status cli_volume_scalar(tl_ctx *ctx, const tl_channel *channel, size_t count
 
 /* ---- summaries ---- */
 
+static void print_chosen(const cli_volume *volume)
+{
+    if (!volume->whole_tets) return;
+    printf("kept        %s of %s tets\n", cli_count(tl_mesh_tet_count(volume->input.mesh)).s,
+           cli_count(volume->whole_tets).s);
+}
+
 void cli_print_volume(cli_session *session, const cli_volume *volume)
 {
     if (!volume->is_model) {
         cli_print_input(session, "read", &volume->input);
+        print_chosen(volume);
         return;
     }
     printf("model       %s: %s of %s tets in %s patches (%s, %s)\n", volume->input.path,
@@ -306,6 +329,7 @@ void cli_print_volume(cli_session *session, const cli_volume *volume)
                cli_real(volume->state.pixels).s);
     if (!volume->state.bounds_kept)
         printf("            what was asked for is NOT kept: this is what the model allows\n");
+    print_chosen(volume);
 }
 
 static void put_model(json_t *object, const cli_volume *volume)
@@ -329,6 +353,8 @@ static void put_model(json_t *object, const cli_volume *volume)
 
 void cli_json_volume(json_t *object, const cli_volume *volume)
 {
+    if (volume->whole_tets)
+        cli_json_count(object, "kept_tets", tl_mesh_tet_count(volume->input.mesh));
     if (volume->is_model) {
         put_model(object, volume);
         return;

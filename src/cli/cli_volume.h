@@ -3,6 +3,7 @@
 #ifndef TETRALOD_CLI_VOLUME_H
 #define TETRALOD_CLI_VOLUME_H
 
+#include "cli_derive.h"
 #include "cli_model.h"
 
 /* --error, --space-error, --boundary-error, --tets, --full: how fine a model is taken. */
@@ -26,7 +27,8 @@ cli_volume_request cli_volume_request_defaults(void);
 typedef struct cli_volume {
     cli_input input; /* input.mesh: of a model NULL until it is made */
     bool is_model;
-    double bounds[6]; /* of the whole data set: x0, x1, y0, y1, z0, z1 */
+    size_t whole_tets; /* before words of cli_group_derive chose some; 0: they did not */
+    double bounds[6];  /* of the whole data set: x0, x1, y0, y1, z0, z1 */
     double diagonal;
     double seconds;      /* all of it */
     double open_seconds; /* reading a file, opening a model */

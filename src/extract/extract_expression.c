@@ -127,12 +127,32 @@ static tl_status add(parser *p, tli_op_kind kind, const char *at, tli_op **op)
 
 static tl_status read_any(parser *p);
 
+static const char *skip_digits(const parser *p, const char *at)
+{
+    while (at < p->end && *at >= '0' && *at <= '9') at++;
+    return at;
+}
+
+/* The end of a number that begins here: what stands behind may be a sign. */
+static const char *number_end(const parser *p, const char *at)
+{
+    at = skip_digits(p, at);
+    if (at < p->end && *at == '.') at = skip_digits(p, at + 1);
+    const char *power = at + 1;
+    if (at == p->end || (*at != 'e' && *at != 'E')) return at;
+    if (power < p->end && (*power == '+' || *power == '-')) power++;
+    const char *end = skip_digits(p, power);
+    return end > power ? end : at;
+}
+
 static tl_status read_number(parser *p)
 {
     double value;
     tli_op *op;
-    const char *at = p->at, *behind = tli_number_f64(at, p->end, &value);
-    if (!behind) return fail_at(p, at, "a number, and an operator behind it");
+    const char *at = p->at, *behind = number_end(p, at);
+    bool alone = behind == p->end || !is_name_char(*behind, false);
+    if (!alone || !tli_number_f64(at, behind, &value))
+        return fail_at(p, at, "a number, and an operator behind it");
     tl_status st = add(p, TLI_OP_NUMBER, at, &op);
     if (!st) op->number = value;
     p->at = behind;
