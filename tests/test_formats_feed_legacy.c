@@ -1,151 +1,8 @@
 /* BINARY files of legacy VTK in windows: the mesh of a whole read, tet by tet and value by value;
  * what no window can take is read as a whole; broken files fail as they do as a whole. */
-#include "check.h"
-
+#include "check_feed.h"
 #include "check_grid.h"
-
-#include "formats/formats_feeder.h"
 #include "tetralod/model.h"
-
-/* ---- a feed against a mesh ---- */
-
-typedef struct gathered {
-    uint64_t tets, windows;
-    uint64_t *ids;
-    int32_t *regions;
-    double *values; /* [tets][components on tets] */
-    size_t tuple;
-} gathered;
-
-static tl_status gather_windows(tli_feed *feed, gathered *all)
-{
-    for (bool more = true; more;) {
-        tli_window window;
-        tl_status st = tli_feed_next(feed, &window, &more);
-        if (st || !more) return st;
-        CHECK_EQ(window.first_tet, all->tets);
-        const size_t count = window.tet_count, sum = (size_t)all->tets + count;
-        all->ids = realloc(all->ids, (sum + 1) * 4 * sizeof *all->ids);
-        all->regions = realloc(all->regions, (sum + 1) * sizeof *all->regions);
-        all->values = realloc(all->values, (sum * all->tuple + 1) * sizeof *all->values);
-        for (size_t i = 0; i < 4 * count; i++) {
-            const tl_lidx p = window.tets[i];
-            CHECK(p < window.point_count);
-            all->ids[4 * all->tets + i] = window.ids ? window.ids[p] : window.first_point + p;
-        }
-        if (window.regions)
-            memcpy(all->regions + all->tets, window.regions, count * sizeof *window.regions);
-        if (all->tuple && count)
-            memcpy(all->values + all->tets * all->tuple, window.values,
-                   count * all->tuple * sizeof *window.values);
-        all->tets += count;
-        all->windows++;
-    }
-    return TL_OK;
-}
-
-static void drop(gathered *all)
-{
-    free(all->ids);
-    free(all->regions);
-    free(all->values);
-}
-
-static size_t count_components(const tli_feed *feed, tl_on on)
-{
-    size_t channels, sum = 0;
-    const tl_channel *list = tli_feed_channels(feed, &channels);
-    for (size_t c = 0; c < channels; c++)
-        if (list[c].on == on) sum += list[c].components;
-    return sum;
-}
-
-/* All values of one side, tuple by tuple, beside those of the mesh; to_mesh [tuples]: SIZE_MAX for
- * those that it left out. */
-static void check_values(const tli_feed *feed, const tl_mesh *mesh, tl_on on, const double *values,
-                         const size_t *to_mesh, size_t tuples)
-{
-    const size_t tuple = count_components(feed, on);
-    size_t channels, place = 0;
-    const tl_channel *list = tli_feed_channels(feed, &channels);
-    CHECK_EQ(channels, tl_mesh_channel_count(mesh));
-    for (size_t c = 0; c < channels; c++) {
-        const tl_channel *other = tl_mesh_channel(mesh, c);
-        CHECK(strcmp(list[c].name, other->name) == 0);
-        CHECK_EQ(list[c].components, other->components);
-        CHECK_EQ(list[c].scalar, other->scalar);
-        CHECK_EQ(list[c].on, other->on);
-        if (list[c].on != on) continue;
-        const size_t bytes = other->components * sizeof *values;
-        for (size_t i = 0; i < tuples; i++)
-            if (to_mesh[i] != SIZE_MAX)
-                CHECK(memcmp(values + i * tuple + place,
-                             other->values + to_mesh[i] * other->components, bytes) == 0);
-        place += other->components;
-    }
-}
-
-static void check_points(tl_ctx *ctx, tli_feed *feed, const tl_mesh *mesh, const gathered *all,
-                         size_t *to_mesh)
-{
-    const size_t points = (size_t)tli_feed_point_count(feed);
-    const size_t tuple = count_components(feed, TL_ON_VERTEX);
-    double *xyz = malloc((points + 1) * 3 * sizeof *xyz);
-    double *values = malloc((points * tuple + 1) * sizeof *values);
-    for (size_t i = 0; i < points; i++) to_mesh[i] = SIZE_MAX;
-    for (size_t i = 0; i < 4 * all->tets; i++) to_mesh[all->ids[i]] = 0;
-    size_t used = 0;
-    for (size_t i = 0; i < points; i++)
-        if (to_mesh[i] != SIZE_MAX) to_mesh[i] = used++;
-    CHECK_EQ(used, tl_mesh_vert_count(mesh));
-    /* in two parts: the border is anywhere */
-    const size_t half = points / 3;
-    CHECK_OK(ctx, tli_feed_points(feed, 0, half, xyz, values, NULL));
-    CHECK_OK(ctx, tli_feed_points(feed, half, points - half, xyz + 3 * half, values + tuple * half,
-                                  NULL));
-    for (size_t i = 0; i < points; i++)
-        if (to_mesh[i] != SIZE_MAX)
-            CHECK(memcmp(xyz + 3 * i, tl_mesh_xyz(mesh) + 3 * to_mesh[i], 3 * sizeof *xyz) == 0);
-    check_values(feed, mesh, TL_ON_VERTEX, values, to_mesh, points);
-    free(values);
-    free(xyz);
-}
-
-/* How many windows it took; 0: it was read as a whole. */
-static uint64_t check_file(tl_ctx *ctx, const char *path, const tl_read_opts *opts)
-{
-    tl_mesh *mesh = NULL;
-    tli_feed *feed = NULL;
-    tl_read_report whole, windowed;
-    CHECK_OK(ctx, tl_mesh_read(ctx, path, opts, &mesh, &whole));
-    CHECK_OK(ctx, tli_feed_open(ctx, path, opts, ".", 1, &feed)); /* the smallest windows */
-    gathered all = {.tuple = count_components(feed, TL_ON_TET)};
-    CHECK_OK(ctx, gather_windows(feed, &all));
-    if (feed->feeder->is_final) {
-        all.windows = 0;
-    } else {
-        CHECK_EQ(all.tets, tl_mesh_tet_count(mesh));
-        CHECK_EQ(tli_feed_has_regions(feed), tl_mesh_regions(mesh) != NULL);
-        double time = tli_feed_time(feed), other = tl_mesh_time(mesh);
-        CHECK(memcmp(&time, &other, sizeof time) == 0);
-        size_t *to_mesh =
-            malloc(((size_t)tli_feed_point_count(feed) + all.tets + 1) * sizeof *to_mesh);
-        check_points(ctx, feed, mesh, &all, to_mesh);
-        for (size_t i = 0; i < 4 * all.tets; i++)
-            CHECK_EQ(to_mesh[all.ids[i]], tl_mesh_tets(mesh)[i]);
-        for (size_t i = 0; tl_mesh_regions(mesh) && i < all.tets; i++)
-            CHECK_EQ(all.regions[i], tl_mesh_regions(mesh)[i]);
-        for (size_t i = 0; i < all.tets; i++) to_mesh[i] = i;
-        check_values(feed, mesh, TL_ON_TET, all.values, to_mesh, (size_t)all.tets);
-        free(to_mesh);
-        CHECK_OK(ctx, tli_feed_report(feed, &windowed));
-        CHECK(memcmp(&whole, &windowed, sizeof whole) == 0);
-    }
-    drop(&all);
-    tli_feed_close(feed);
-    tl_mesh_destroy(mesh);
-    return all.windows;
-}
 
 /* ---- files ---- */
 
@@ -238,7 +95,7 @@ static void test_structured(void **state)
         opts.has_fill_value = i == 3;
         opts.fill_value = 31000; /* of some points */
         write_structured("s.vtk", kinds[i / 2], dims, i == 5);
-        CHECK(check_file(ctx, "s.vtk", &opts) > 1);
+        CHECK(check_feed_file(ctx, "s.vtk", &opts) > 1);
     }
     tl_ctx_destroy(ctx);
 }
@@ -330,10 +187,10 @@ static void test_mixed(void **state)
     tl_ctx *ctx = check_context(2);
     for (int version = 3; version <= 5; version += 2) {
         write_mixed("m.vtk", dims, version);
-        CHECK(check_file(ctx, "m.vtk", NULL) > 1);
+        CHECK(check_feed_file(ctx, "m.vtk", NULL) > 1);
         tl_read_opts opts = tl_read_opts_defaults();
         opts.region = "ids";
-        CHECK(check_file(ctx, "m.vtk", &opts) > 1);
+        CHECK(check_feed_file(ctx, "m.vtk", &opts) > 1);
     }
     tl_ctx_destroy(ctx);
 }
@@ -361,14 +218,14 @@ static void test_whole(void **state)
     (void)state;
     tl_ctx *ctx = check_context(1);
     write_prism("p.vtk");
-    CHECK_EQ(check_file(ctx, "p.vtk", NULL), 0);
+    CHECK_EQ(check_feed_file(ctx, "p.vtk", NULL), 0);
     tl_mesh *mesh = NULL;
     CHECK_OK(ctx, tl_mesh_read(ctx, "p.vtk", NULL, &mesh, NULL));
     CHECK(tl_mesh_tet_count(mesh) > 0);
     tl_write_opts opts = tl_write_opts_defaults();
     opts.ascii = true;
     CHECK_OK(ctx, tl_mesh_write(ctx, mesh, "a.vtk", &opts));
-    CHECK_EQ(check_file(ctx, "a.vtk", NULL), 0);
+    CHECK_EQ(check_feed_file(ctx, "a.vtk", NULL), 0);
     tl_mesh_destroy(mesh);
     tl_ctx_destroy(ctx);
 }
@@ -396,7 +253,7 @@ static void test_written(void **state)
     CHECK_OK(ctx, tl_mesh_read(ctx, "g.vtu", NULL, &mesh, NULL));
     CHECK_OK(ctx, tl_mesh_write(ctx, mesh, "g.vtk", NULL));
     tl_mesh_destroy(mesh);
-    CHECK(check_file(ctx, "g.vtk", NULL) > 1);
+    CHECK(check_feed_file(ctx, "g.vtk", NULL) > 1);
     void *all[2];
     size_t bytes[2];
     for (int i = 0; i < 2; i++) {
@@ -420,10 +277,10 @@ static tl_status read_windows(tl_ctx *ctx, const char *path, tl_read_report *rep
     tli_feed *feed = NULL;
     tl_status st = tli_feed_open(ctx, path, NULL, ".", 1, &feed);
     if (st) return st;
-    gathered all = {.tuple = count_components(feed, TL_ON_TET)};
-    st = gather_windows(feed, &all);
+    check_feed_tets all = {.tuple = check_feed_components(feed, TL_ON_TET)};
+    st = check_feed_gather(feed, &all);
     if (!st) st = tli_feed_report(feed, report);
-    drop(&all);
+    check_feed_drop(&all);
     tli_feed_close(feed);
     return st;
 }
@@ -507,7 +364,7 @@ static void test_real(void **state)
     tl_ctx *ctx = check_context(2);
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         if (!data_path(files[i].name, path, sizeof path)) fail_msg("no '%s'", path);
-        uint64_t windows = check_file(ctx, path, NULL);
+        uint64_t windows = check_feed_file(ctx, path, NULL);
         printf("%s: %llu windows\n", files[i].name, (unsigned long long)windows);
         CHECK_EQ(windows > 0, files[i].is_windowed);
     }

@@ -177,8 +177,8 @@ static tl_status prepare_feed(tli_feed *feed, tli_feeder *feeder)
     tl_status st = TL_OK;
     feed->feeder = feeder;
     feed->tet_estimate = feeder->cell_count;
-    feed->marks_points =
-        find_ghosts(feeder, TL_ON_VERTEX, "vtkGhostType") >= 0 || feed->opts.has_fill_value;
+    feed->marks_points = find_ghosts(feeder, TL_ON_VERTEX, "vtkGhostType") >= 0 ||
+                         feed->opts.has_fill_value || feeder->blanks;
     if (feeder->is_final) feed->marks_points = false;
     if (feeder->point_count > TL_MESH_VERTS_MAX)
         return tl_fail(feed->ctx, TL_ERR_UNSUPPORTED, "%llu points, at most %u can be numbered",
@@ -249,6 +249,7 @@ static tl_status open_windowed(tli_feed *feed, const char *path, tli_feeder **fe
     st = tli_feeder_open_vtu(feed->ctx, &feed->map, path, feeder);
     if (!st && !*feeder) st = tli_feeder_open_vts(feed->ctx, &feed->map, path, feeder);
     if (!st && !*feeder) st = tli_feeder_open_legacy(feed->ctx, &feed->map, path, feeder);
+    if (!st && !*feeder) st = tli_feeder_open_plot3d(feed->ctx, &feed->map, path, opts, feeder);
     return st;
 }
 
@@ -406,6 +407,8 @@ static tl_status read_marked(tli_feed *feed, uint64_t first, size_t count, doubl
     feed->grid.point_count = count;
     for (uint32_t a = 0; !st && a < feeder->array_counts[TL_ON_VERTEX]; a++)
         st = tli_feed_read_array(feed, TL_ON_VERTEX, a, first, count);
+    if (feeder->blanks) feed->grid.blanks = tl_mem_alloc(feed->ctx, count, 1, &st);
+    if (!st && feeder->blanks) st = feeder->blanks(feeder, first, count, feed->grid.blanks);
     if (st) return st;
     st = tli_tets_open(&feed->tets, &feed->grid, &feed->opts);
     feed->is_open = true;

@@ -158,6 +158,10 @@ static tl_status read_point_arrays(tli_feed *feed)
         st = feed->run_count ? read_runs(feed, a, array->components, added->values)
                              : gather(feed, a, array->components, added->values);
     }
+    if (!feeder->blanks) return st;
+    uint8_t *blanks = grid->blanks = tl_mem_alloc(feed->ctx, (size_t)grid->point_count, 1, &st);
+    for (uint32_t r = 0; !st && r < feed->run_count; blanks += feed->runs[r++].count)
+        st = feeder->blanks(feeder, feed->runs[r].first, feed->runs[r].count, blanks);
     return st;
 }
 

@@ -29,6 +29,8 @@ struct tli_feeder {
     /* Values [count][components] of an array. */
     tl_status (*values)(tli_feeder *feeder, tl_on on, uint32_t array, uint64_t first,
                         uint64_t count, double *values);
+    /* NULL: no point is blanked. blanks [count]: 0 where the point is missing (iblank). */
+    tl_status (*blanks)(tli_feeder *feeder, uint64_t first, uint64_t count, uint8_t *blanks);
     /* NULL for structured ones. Fills types, offsets (from 0) and connectivity of window, ids of
      * the whole; types and offsets may stay NULL for tets alone. */
     tl_status (*cells)(tli_feeder *feeder, uint64_t first, uint64_t count, tli_grid *window);
@@ -104,6 +106,9 @@ tl_status tli_feeder_open_vts(tl_ctx *ctx, const tli_map *map, const char *path,
 /* A BINARY file of legacy VTK, but for polygons, polyhedra, prisms and blanked points. */
 tl_status tli_feeder_open_legacy(tl_ctx *ctx, const tli_map *map, const char *path,
                                  tli_feeder **feeder);
+/* A binary PLOT3D grid with the solution of opts; not in a packed file. */
+tl_status tli_feeder_open_plot3d(tl_ctx *ctx, const tli_map *map, const char *path,
+                                 const tl_read_opts *opts, tli_feeder **feeder);
 /* Steps of one mesh, as tli_feed_open_series; fills report (may be NULL) from the first. */
 tl_status tli_feeder_open_series(tl_ctx *ctx, const tl_step *steps, size_t step_count,
                                  const tl_read_opts *opts, const char *folder,

@@ -160,6 +160,16 @@ static tl_status choose_reader(tl_ctx *ctx, const tli_source *source, const tl_r
                    source->path, (*reader)->format.name, (*reader)->format.package);
 }
 
+bool tli_reader_is(tl_ctx *ctx, const char *path, const tl_read_opts *opts, const char *name)
+{
+    tli_source source;
+    const tli_reader *reader = NULL;
+    tl_status st = source_open(ctx, path, 0, &source);
+    if (!st) st = choose_reader(ctx, &source, opts, &reader);
+    source_close(ctx, &source);
+    return !st && reader == reader_named(name);
+}
+
 /* ---- reading ---- */
 
 /* Whoever has no steps has step 0. */

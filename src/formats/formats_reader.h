@@ -72,6 +72,9 @@ tl_status tli_steps_pick(tl_ctx *ctx, const tl_read_opts *opts, const double *ti
 /* Allocates steps->times [count], NaN, for a count of at least 1. */
 tl_status tli_steps_alloc(tl_ctx *ctx, size_t count, tl_steps *steps);
 
+/* Whether the reader of that name is the one that a path is read by. formats_read.c */
+bool tli_reader_is(tl_ctx *ctx, const char *path, const tl_read_opts *opts, const char *name);
+
 /* For collections: reads a file that source names (path is complete) into an empty grid, or lists
  * its steps. Fails where collections are nested too deep. formats_read.c */
 tl_status tli_grid_read(tl_ctx *ctx, const tli_source *source, const char *path,
