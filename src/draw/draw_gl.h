@@ -1,0 +1,164 @@
+/* Stage draw, internal: OpenGL, for the files draw_gl*.c alone. What is used exists in OpenGL 3.3
+ * core and OpenGL ES 3.0 alike: no vertex attributes but what shaders fetch from textures by
+ * gl_VertexID, no buffers but indices. */
+#ifndef TETRALOD_SRC_DRAW_GL_H
+#define TETRALOD_SRC_DRAW_GL_H
+
+#include <epoxy/gl.h>
+
+#include "draw/draw_backend.h"
+
+/* ---- the context ---- */
+
+typedef enum tli_gl_kind {
+    TLI_GL_ANY,    /* an own context, desktop OpenGL where there is such */
+    TLI_GL_ES,     /* an own context of OpenGL ES */
+    TLI_GL_CURRENT /* the one that is current on the thread, whenever something is drawn */
+} tli_gl_kind;
+
+typedef struct tli_gl {
+    void *display, *context; /* of EGL; NULL: the caller's */
+    void *kept[4];           /* display, context and surfaces that were current before */
+    GLint kept_target, kept_view[4];
+    bool es, software;
+    char name[192];    /* "gl: " and GL_RENDERER */
+    GLint side_max;    /* of textures */
+    GLuint nothing;    /* a vertex array without arrays */
+    size_t bytes;      /* of textures and buffers */
+    char message[256]; /* of the first error that the driver reported */
+} tli_gl;
+
+/* TL_ERR_UNSUPPORTED says why there is none. Gives *gl. */
+tl_status tli_gl_open(tl_ctx *ctx, tli_gl_kind kind, tli_gl **gl);
+/* NULL is allowed. What is left in the context goes with it, unless it is the caller's. */
+void tli_gl_close(tl_ctx *ctx, tli_gl *gl);
+/* Between these two, on one thread, the context is current and calls of OpenGL are allowed; end
+ * puts back what was there, and turns an error of OpenGL into a status. Returns status, or that. */
+tl_status tli_gl_begin(tl_ctx *ctx, tli_gl *gl);
+tl_status tli_gl_end(tl_ctx *ctx, tli_gl *gl, tl_status status);
+/* The status of the errors since then, which are forgotten. */
+tl_status tli_gl_check(tl_ctx *ctx, tli_gl *gl);
+
+/* ---- programs ---- */
+
+/* Compiles and links; TL_ERR_UNSUPPORTED with the first line of the log. name: for messages. */
+tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const char *name, const char *vertex,
+                         const char *fragment, GLuint *program);
+/* Sets numbers of the program in use; what its shaders do not use is passed over. */
+void tli_gl_set_int(GLuint program, const char *name, GLint value);
+void tli_gl_set_float(GLuint program, const char *name, double value);
+void tli_gl_set_vec2(GLuint program, const char *name, double x, double y);
+/* Binds a texture to a unit and gives it to a sampler. */
+void tli_gl_set_texture(GLuint program, const char *name, GLuint unit, GLuint texture);
+
+/* What all things of a picture share. */
+typedef struct tli_gl_view {
+    const tli_frame *frame;
+    uint32_t width, height;
+    double depths[2]; /* nothing is nearer or farther, in units of the frame */
+} tli_gl_view;
+
+/* Sets what shaders want to know of the view. */
+void tli_gl_set_view(GLuint program, const tli_gl_view *view);
+
+/* ---- textures ---- */
+
+/* Shaders find item i of a table at column i mod 4096 of row i / 4096. */
+enum { TLI_GL_COLUMNS = 4096 };
+
+/* Numbers for shaders; {0} is empty. */
+typedef struct tli_gl_table {
+    GLuint texture;
+    size_t rows, bytes;
+} tli_gl_table;
+/* Fills a table anew with items [item_count] of format GL_RGBA32F, GL_R32F, GL_RGBA32UI or
+ * GL_R32UI. TL_ERR_UNSUPPORTED for more than textures hold. */
+tl_status tli_gl_table_fill(tl_ctx *ctx, tli_gl *gl, tli_gl_table *table, GLenum format,
+                            const void *items, size_t item_count);
+void tli_gl_table_free(tli_gl *gl, tli_gl_table *table);
+
+/* A picture inside of OpenGL, rows from below upwards: {0} is empty. */
+enum { TLI_GL_COLOR = 1, TLI_GL_DEPTH = 2 };
+typedef struct tli_gl_target {
+    GLuint frame;
+    GLuint color; /* RGBA32F, times opacity; 0: none */
+    GLuint depth; /* R32F along the view in units of the frame; 0: none */
+    GLuint order; /* with colour and depth: depth buffer for tests */
+    uint32_t width, height;
+    size_t bytes;
+} tli_gl_target;
+/* Makes it, of TLI_GL_COLOR, TLI_GL_DEPTH or both, or makes it anew when the size is another. */
+tl_status tli_gl_target_set(tl_ctx *ctx, tli_gl *gl, tli_gl_target *target, uint32_t width,
+                            uint32_t height, int parts);
+/* What is drawn goes there. */
+void tli_gl_target_use(const tli_gl_target *target);
+/* Sets rows of the depth, [row_count][width]. */
+void tli_gl_target_send_depth(const tli_gl_target *target, uint32_t row, uint32_t row_count,
+                              const float *depths);
+/* Reads rows of the colour (part 0) or depth (part 1), [row_count][width][4]. */
+void tli_gl_target_read(const tli_gl_target *target, GLuint part, uint32_t row, uint32_t row_count,
+                        float *values);
+void tli_gl_target_free(tli_gl *gl, tli_gl_target *target);
+
+/* ---- projected tetrahedra: draw_gl_tets.c ---- */
+
+/* What volumes share. */
+typedef struct tli_gl_projector {
+    GLuint program;
+    GLuint corners; /* indices of the faces of a batch of tets */
+} tli_gl_projector;
+tl_status tli_gl_projector_open(tl_ctx *ctx, tli_gl *gl, tli_gl_projector *projector);
+void tli_gl_projector_close(tli_gl *gl, tli_gl_projector *projector);
+
+/* A volume in OpenGL: {0} is empty. */
+typedef struct tli_gl_volume {
+    tli_gl_table tets;         /* stay */
+    tli_gl_table sums, bases;  /* of the transfer function; stay */
+    tli_gl_table verts, order; /* of a view */
+    size_t tet_count;          /* in order */
+    size_t broken;             /* as of tli_order */
+} tli_gl_volume;
+tl_status tli_gl_volume_add(tl_ctx *ctx, tli_gl *gl, const tl_volume *volume,
+                            const tl_transfer *transfer, tli_gl_volume *added);
+void tli_gl_volume_remove(tli_gl *gl, tli_gl_volume *volume);
+
+/* Places the vertices and orders the tets of a volume for a view. */
+tl_status tli_gl_volume_place(tl_ctx *ctx, tli_gl *gl, const tli_gl_view *view,
+                              const tli_item *item, tli_gl_volume *volume);
+/* Draws what lies between two depths, pixel by pixel, over what is in the target. */
+void tli_gl_volume_draw(const tli_gl_projector *projector, const tli_gl_view *view,
+                        const tli_item *item, const tli_gl_volume *volume,
+                        const tli_gl_target *target, GLuint near_depth, GLuint far_depth);
+
+/* ---- surfaces and slices: draw_gl_paint.c ---- */
+
+typedef struct tli_gl_painter {
+    GLuint surface, slices; /* programs */
+} tli_gl_painter;
+tl_status tli_gl_painter_open(tl_ctx *ctx, tli_gl *gl, tli_gl_painter *painter);
+void tli_gl_painter_close(tli_gl_painter *painter);
+
+/* A thing in OpenGL, its places relative to an anchor: {0} is empty. */
+typedef struct tli_gl_thing {
+    tli_gl_table verts;     /* place, and of slices the scalar from 0 to 1 */
+    tli_gl_table normals;   /* and value in steps of the look's transfer function */
+    tli_gl_table corners;   /* vertices of triangles, or of tets */
+    tli_gl_table colors;    /* of the look's transfer function */
+    double low[3], high[3]; /* box of all places that are finite */
+    double anchor[3];
+    size_t count;    /* of triangles or tets */
+    double range[2]; /* of the scalar of slices */
+    tl_range_index *ranges;
+} tli_gl_thing;
+tl_status tli_gl_thing_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_thing *thing);
+void tli_gl_thing_remove(tl_ctx *ctx, tli_gl *gl, tli_gl_thing *thing);
+/* Draws what is nearer than limit into the target in use. */
+void tli_gl_thing_draw(const tli_gl_painter *painter, const tli_gl_view *view, const tli_item *item,
+                       const tli_gl_thing *thing, GLuint limit);
+
+/* ---- the back end ---- */
+
+/* Opens it with another kind of context. */
+tl_status tli_gl_backend_open(tl_ctx *ctx, tli_gl_kind kind, void **state);
+
+#endif

@@ -1,0 +1,365 @@
+/* The back end on OpenGL: opaque things first, with their depth; then, from the far side to the
+ * near one, the farthest translucent layer that is left at each pixel (depth peeling, Everitt 2001)
+ * and before it what the volume has between that layer and the one drawn before it, so that volume
+ * and surfaces are in exact order (Cignoni et al. 1997, V). Sums are kept in 32-bit floats. */
+#include <math.h>
+#include <string.h>
+
+#include "draw/draw_gl.h"
+#include "draw/draw_shaders.h"
+
+/* Most translucent layers at a pixel; nearer ones are left out. */
+enum { LAYERS_MAX = 256 };
+/* Rows of a picture that are read back at once. */
+enum { BAND_ROWS = 64 };
+/* Depths of the picture beyond all things: of nothing there, for shaders. */
+static const float NEAREST = -1e30F, FARTHEST = 1e30F;
+/* Depths of the buffer reach a little beyond the things, relative to their extent. */
+static const double MARGIN = 1e-3;
+
+typedef struct gl_state {
+    tli_gl *gl;
+    tli_gl_projector projector;
+    tli_gl_painter painter;
+    GLuint cover;              /* program: a picture over another */
+    tli_gl_target before;      /* depth alone is used: of what the picture holds */
+    tli_gl_target opaque, sum; /* opaque things; all */
+    tli_gl_target layers[2];   /* in turns the farthest layer that is left, and the last one */
+} gl_state;
+
+/* A thing in OpenGL. */
+typedef struct gl_item {
+    tli_gl_volume volume;
+    tli_gl_thing thing;
+} gl_item;
+
+/* ---- opening ---- */
+
+static tl_status open_programs(tl_ctx *ctx, gl_state *s)
+{
+    tl_status st = tli_gl_begin(ctx, s->gl);
+    if (st) return st;
+    st = tli_gl_projector_open(ctx, s->gl, &s->projector);
+    if (!st) st = tli_gl_painter_open(ctx, s->gl, &s->painter);
+    if (!st)
+        st = tli_gl_program(ctx, s->gl, "layers", tli_shader_screen_vert, tli_shader_layer_frag,
+                            &s->cover);
+    return tli_gl_end(ctx, s->gl, st);
+}
+
+static void gl_close(tl_ctx *ctx, void *state)
+{
+    gl_state *s = state;
+    if (s->gl && !tli_gl_begin(ctx, s->gl)) {
+        tli_gl_projector_close(s->gl, &s->projector);
+        tli_gl_painter_close(&s->painter);
+        glDeleteProgram(s->cover);
+        tli_gl_target_free(s->gl, &s->before);
+        tli_gl_target_free(s->gl, &s->opaque);
+        tli_gl_target_free(s->gl, &s->sum);
+        tli_gl_target_free(s->gl, &s->layers[0]);
+        tli_gl_target_free(s->gl, &s->layers[1]);
+        tli_gl_end(ctx, s->gl, TL_OK);
+    }
+    tli_gl_close(ctx, s->gl);
+    tl_mem_free(ctx, s);
+}
+
+tl_status tli_gl_backend_open(tl_ctx *ctx, tli_gl_kind kind, void **state)
+{
+    tl_status st = TL_OK;
+    gl_state *s = tl_mem_zalloc(ctx, 1, sizeof *s, &st);
+    if (st) return st;
+    st = tli_gl_open(ctx, kind, &s->gl);
+    if (!st) st = open_programs(ctx, s);
+    if (st)
+        gl_close(ctx, s);
+    else
+        *state = s;
+    return st;
+}
+
+static tl_status gl_open(tl_ctx *ctx, void **state)
+{
+    return tli_gl_backend_open(ctx, TLI_GL_ANY, state);
+}
+
+static const char *gl_name(const void *state)
+{
+    return ((const gl_state *)state)->gl->name;
+}
+
+static bool gl_is_fast(const void *state)
+{
+    return !((const gl_state *)state)->gl->software;
+}
+
+/* ---- things ---- */
+
+static tl_status check_item(tl_ctx *ctx, const tli_item *item)
+{
+    if (item->kind == TLI_ITEM_VOLUME &&
+        (item->volume_opts.lit || item->volume_opts.gradient_opacity > 0))
+        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "OpenGL does not light volumes");
+    if (item->kind == TLI_ITEM_LINES || item->kind == TLI_ITEM_POINTS)
+        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "OpenGL draws neither lines nor points");
+    return TL_OK;
+}
+
+static tl_status gl_add(tl_ctx *ctx, void *state, tli_item *item)
+{
+    gl_state *s = state;
+    tl_status st = check_item(ctx, item);
+    gl_item *own = tl_mem_zalloc(ctx, 1, sizeof *own, &st);
+    if (!st) st = tli_gl_begin(ctx, s->gl);
+    if (!st) {
+        if (item->kind == TLI_ITEM_VOLUME)
+            st = tli_gl_volume_add(ctx, s->gl, item->volume, item->transfer, &own->volume);
+        else
+            st = tli_gl_thing_add(ctx, s->gl, item, &own->thing);
+        st = tli_gl_end(ctx, s->gl, st);
+    }
+    if (st)
+        tl_mem_free(ctx, own);
+    else
+        item->own = own;
+    return st;
+}
+
+static tl_status gl_change(tl_ctx *ctx, void *state, tli_item *item)
+{
+    (void)ctx;
+    (void)state;
+    (void)item; /* values are read when it is drawn */
+    return TL_OK;
+}
+
+static void gl_remove(tl_ctx *ctx, void *state, tli_item *item)
+{
+    gl_state *s = state;
+    gl_item *own = item->own;
+    if (!tli_gl_begin(ctx, s->gl)) {
+        tli_gl_volume_remove(s->gl, &own->volume);
+        tli_gl_thing_remove(ctx, s->gl, &own->thing);
+        tli_gl_end(ctx, s->gl, TL_OK);
+    }
+    tl_mem_free(ctx, own);
+    item->own = NULL;
+}
+
+/* ---- a picture ---- */
+
+static bool is_painted(const tli_item *item, bool translucent)
+{
+    return item->kind != TLI_ITEM_VOLUME && (item->look.opacity < 1) == translucent;
+}
+
+/* The depths that things may have in a view. */
+static void set_depths(tli_gl_view *view, tli_item *const *items, size_t item_count)
+{
+    double near = (double)INFINITY, far = -(double)INFINITY;
+    for (size_t i = 0; i < item_count; i++) {
+        const tli_gl_thing *thing = &((const gl_item *)items[i]->own)->thing;
+        if (items[i]->kind == TLI_ITEM_VOLUME || !(thing->low[0] <= thing->high[0])) continue;
+        for (int corner = 0; corner < 8; corner++) {
+            double xyz[3], at[3];
+            for (int k = 0; k < 3; k++) xyz[k] = corner >> k & 1 ? thing->high[k] : thing->low[k];
+            tli_frame_place(view->frame, xyz, at);
+            near = fmin(near, at[2]);
+            far = fmax(far, at[2]);
+        }
+    }
+    if (!(near <= far)) near = far = 0;
+    if (!view->frame->parallel) {
+        near = 0;
+        far = fmax(far, 0);
+    }
+    double margin = MARGIN * (far > near ? far - near : 1);
+    view->depths[0] = view->frame->parallel ? near - margin : 0;
+    view->depths[1] = far + margin;
+}
+
+static tl_status set_targets(tl_ctx *ctx, gl_state *s, const tl_image *image)
+{
+    uint32_t w = image->width, h = image->height;
+    tl_status st = tli_gl_target_set(ctx, s->gl, &s->before, w, h, TLI_GL_DEPTH);
+    if (!st) st = tli_gl_target_set(ctx, s->gl, &s->opaque, w, h, TLI_GL_COLOR | TLI_GL_DEPTH);
+    if (!st) st = tli_gl_target_set(ctx, s->gl, &s->sum, w, h, TLI_GL_COLOR);
+    for (int i = 0; i < 2 && !st; i++)
+        st = tli_gl_target_set(ctx, s->gl, &s->layers[i], w, h, TLI_GL_COLOR | TLI_GL_DEPTH);
+    return st;
+}
+
+/* Gives the depth of the picture, in units of the frame and rows from below, to two targets. */
+static tl_status send_depth(tl_ctx *ctx, gl_state *s, const tl_image *image, double unit)
+{
+    tl_status st = TL_OK;
+    size_t width = image->width;
+    float *rows = tl_mem_alloc(ctx, width * BAND_ROWS, sizeof *rows, &st);
+    for (uint32_t done = 0; done < image->height && !st; done += BAND_ROWS) {
+        uint32_t count = image->height - done < BAND_ROWS ? image->height - done : BAND_ROWS;
+        for (uint32_t row = 0; row < count; row++)
+            for (size_t x = 0; x < width; x++) {
+                double z = (double)image->depth[(image->height - 1 - done - row) * width + x];
+                rows[row * width + x] =
+                    (float)fmin(fmax(z / unit, (double)NEAREST), (double)FARTHEST);
+            }
+        tli_gl_target_send_depth(&s->before, done, count, rows);
+        tli_gl_target_send_depth(&s->opaque, done, count, rows);
+    }
+    tl_mem_free(ctx, rows);
+    return st;
+}
+
+static void paint(const gl_state *s, const tli_gl_view *view, tli_item *const *items,
+                  size_t item_count, bool translucent, GLuint limit)
+{
+    glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(translucent ? GL_GREATER : GL_LEQUAL);
+    for (size_t i = 0; i < item_count; i++)
+        if (is_painted(items[i], translucent))
+            tli_gl_thing_draw(&s->painter, view, items[i], &((const gl_item *)items[i]->own)->thing,
+                              limit);
+    glDisable(GL_DEPTH_TEST);
+}
+
+static void draw_opaque(const gl_state *s, const tli_gl_view *view, tli_item *const *items,
+                        size_t item_count)
+{
+    static const float nothing[4] = {0}, end = 1;
+    tli_gl_target_use(&s->opaque);
+    glDepthMask(GL_TRUE);
+    glClearBufferfv(GL_COLOR, 0, nothing);
+    glClearBufferfv(GL_DEPTH, 0, &end);
+    paint(s, view, items, item_count, false, s->before.depth);
+}
+
+/* The farthest layer that is nearer than limit; false if there is none. */
+static bool draw_layer(const gl_state *s, const tli_gl_view *view, tli_item *const *items,
+                       size_t item_count, const tli_gl_target *layer, GLuint limit)
+{
+    static const float nothing[4] = {0}, begin = 0;
+    const float nearest[4] = {NEAREST, 0, 0, 0};
+    GLuint query = 0, any = 0;
+    tli_gl_target_use(layer);
+    glDepthMask(GL_TRUE);
+    glClearBufferfv(GL_COLOR, 0, nothing);
+    glClearBufferfv(GL_COLOR, 1, nearest);
+    glClearBufferfv(GL_DEPTH, 0, &begin);
+    glGenQueries(1, &query);
+    glBeginQuery(GL_ANY_SAMPLES_PASSED, query);
+    paint(s, view, items, item_count, true, limit);
+    glEndQuery(GL_ANY_SAMPLES_PASSED);
+    glGetQueryObjectuiv(query, GL_QUERY_RESULT, &any);
+    glDeleteQueries(1, &query);
+    return any != 0;
+}
+
+/* Puts a picture in front of the sum. */
+static void cover(const gl_state *s, GLuint picture)
+{
+    glUseProgram(s->cover);
+    tli_gl_set_texture(s->cover, "layer", 0, picture);
+    tli_gl_target_use(&s->sum);
+    glDisable(GL_CULL_FACE);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+/* What is translucent, far layers first, with the volume in between. */
+static void draw_layers(const gl_state *s, const tli_gl_view *view, tli_item *const *items,
+                        size_t item_count)
+{
+    static const float nothing[4] = {0};
+    const tli_item *volume = NULL;
+    GLuint limit = s->opaque.depth;
+    bool more = true;
+    for (size_t i = 0; i < item_count; i++)
+        if (items[i]->kind == TLI_ITEM_VOLUME) volume = items[i];
+    tli_gl_target_use(&s->sum);
+    glClearBufferfv(GL_COLOR, 0, nothing);
+    cover(s, s->opaque.color);
+    for (int i = 0; i < LAYERS_MAX && more; i++) {
+        const tli_gl_target *layer = &s->layers[i & 1];
+        more = draw_layer(s, view, items, item_count, layer, limit);
+        if (volume)
+            tli_gl_volume_draw(&s->projector, view, volume, &((const gl_item *)volume->own)->volume,
+                               &s->sum, layer->depth, limit);
+        if (more) cover(s, layer->color);
+        limit = layer->depth;
+    }
+}
+
+/* Puts rows [count] from row first below upwards, as they were read, into the picture. */
+static void keep_rows(tl_image *image, double unit, uint32_t first, uint32_t count,
+                      const float *colors, const float *depths)
+{
+    size_t width = image->width;
+    for (uint32_t row = 0; row < count; row++)
+        for (size_t x = 0; x < width; x++) {
+            size_t to = (image->height - 1 - first - row) * width + x, from = row * width + x;
+            float left = 1 - colors[4 * from + 3], z = depths[4 * from];
+            for (size_t k = 0; k < 4; k++)
+                image->rgba[4 * to + k] = colors[4 * from + k] + left * image->rgba[4 * to + k];
+            if (z < FARTHEST) image->depth[to] = fminf(image->depth[to], (float)((double)z * unit));
+        }
+}
+
+static tl_status fetch(tl_ctx *ctx, gl_state *s, double unit, tl_image *image)
+{
+    tl_status st = TL_OK;
+    size_t width = image->width;
+    float *colors = tl_mem_alloc(ctx, width * BAND_ROWS, 4 * sizeof *colors, &st);
+    float *depths = tl_mem_alloc(ctx, width * BAND_ROWS, 4 * sizeof *depths, &st);
+    for (uint32_t done = 0; done < image->height && !st; done += BAND_ROWS) {
+        uint32_t count = image->height - done < BAND_ROWS ? image->height - done : BAND_ROWS;
+        tli_gl_target_read(&s->sum, 0, done, count, colors);
+        tli_gl_target_read(&s->opaque, 1, done, count, depths);
+        keep_rows(image, unit, done, count, colors, depths);
+    }
+    tl_mem_free(ctx, depths);
+    tl_mem_free(ctx, colors);
+    return st;
+}
+
+/* Between begin and end. */
+static tl_status draw_all(tl_ctx *ctx, gl_state *s, tli_item *const *items, size_t item_count,
+                          tli_gl_view *view, tl_image *image)
+{
+    tl_status st = set_targets(ctx, s, image);
+    if (!st) st = send_depth(ctx, s, image, view->frame->unit);
+    for (size_t i = 0; i < item_count && !st; i++)
+        if (items[i]->kind == TLI_ITEM_VOLUME)
+            st = tli_gl_volume_place(ctx, s->gl, view, items[i],
+                                     &((gl_item *)items[i]->own)->volume);
+    if (st) return st;
+    set_depths(view, items, item_count);
+    draw_opaque(s, view, items, item_count);
+    draw_layers(s, view, items, item_count);
+    st = tli_gl_check(ctx, s->gl);
+    return st ? st : fetch(ctx, s, view->frame->unit, image);
+}
+
+static tl_status gl_draw(tl_ctx *ctx, void *state, tli_item *const *items, size_t item_count,
+                         const tl_camera *camera, tl_image *image)
+{
+    gl_state *s = state;
+    tli_frame frame;
+    tli_gl_view view = {.frame = &frame, .width = image->width, .height = image->height};
+    tl_status st = tli_frame_set(ctx, camera, image, &frame);
+    if (!st) st = tli_gl_begin(ctx, s->gl);
+    if (st) return st;
+    return tli_gl_end(ctx, s->gl, draw_all(ctx, s, items, item_count, &view, image));
+}
+
+const tli_backend tli_backend_gl = {.open = gl_open,
+                                    .close = gl_close,
+                                    .name = gl_name,
+                                    .is_fast = gl_is_fast,
+                                    .add = gl_add,
+                                    .change = gl_change,
+                                    .remove = gl_remove,
+                                    .draw = gl_draw};

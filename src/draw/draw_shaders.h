@@ -1,0 +1,10 @@
+/* Stage draw, internal: the text of the shaders, src/draw/NAME.glsl, put into the library when it is
+ * built (cmake/tetralod_shaders.cmake). */
+#ifndef TETRALOD_SRC_DRAW_SHADERS_H
+#define TETRALOD_SRC_DRAW_SHADERS_H
+
+extern const char tli_shader_tets_vert[], tli_shader_tets_frag[];
+extern const char tli_shader_surface_vert[], tli_shader_slices_vert[], tli_shader_paint_frag[];
+extern const char tli_shader_screen_vert[], tli_shader_layer_frag[];
+
+#endif
