@@ -13,7 +13,7 @@
 typedef enum tli_gl_kind {
     TLI_GL_ANY,    /* an own context, desktop OpenGL where there is such */
     TLI_GL_ES,     /* an own context of OpenGL ES */
-    TLI_GL_CURRENT /* the one that is current on the thread, whenever something is drawn */
+    TLI_GL_CURRENT /* the one of EGL that is current on the thread whenever something is done */
 } tli_gl_kind;
 
 typedef struct tli_gl {

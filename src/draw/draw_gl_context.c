@@ -169,8 +169,9 @@ tl_status tli_gl_begin(tl_ctx *ctx, tli_gl *gl)
         if (!eglMakeCurrent(gl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, gl->context))
             return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s: the context can't be made current",
                            gl->name);
-    } else if (!glGetString(GL_VERSION)) {
-        return tl_fail(ctx, TL_ERR_ARG, "%s: no context is current on this thread", gl->name);
+    } else if (eglGetCurrentContext() == EGL_NO_CONTEXT) {
+        return tl_fail(ctx, TL_ERR_ARG, "%s: no context of EGL is current on this thread",
+                       gl->name);
     }
     glGetIntegerv(GL_FRAMEBUFFER_BINDING, &gl->kept_target);
     glGetIntegerv(GL_VIEWPORT, gl->kept_view);
