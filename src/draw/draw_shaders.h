@@ -1,5 +1,5 @@
-/* Stage draw, internal: the text of the shaders, src/draw/NAME.glsl, put into the library when it is
- * built (cmake/tetralod_shaders.cmake). */
+/* Stage draw, internal: the text of the shaders, src/draw/NAME.glsl, put into the library when it
+ * is built (cmake/tetralod_shaders.cmake). */
 #ifndef TETRALOD_SRC_DRAW_SHADERS_H
 #define TETRALOD_SRC_DRAW_SHADERS_H
 
