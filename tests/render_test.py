@@ -103,15 +103,202 @@ class Render(unittest.TestCase):
         image, _ = self.draw("--camera", camera)
         self.assertLess(image.min(), 250)
 
+    def test_fog_of_one_value(self):
+        """Equal values have no integral between them: thick layers are of the value's colour, as opaque as it says."""
+        fog = self.write("fog.json", '{"RGBPoints": [0, 0, 0, 1, 1, 1, 0, 0], "Points": [0, 0, 0.5, 0, 1, 0.9, 0.5, 0]}')
+        camera = self.write("fog-camera.json", '{"position": [0, -9, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1], "parallel_scale": 2}')
+        image, _ = self.draw("--derive", "c=0*value+1", "--volume", "c:" + fog, "--camera", camera, "--background", "black")
+        self.assertLessEqual(abs(image[60, 80] - [255, 0, 0]).max(), 1)
+        thin = self.write("thin.json", '{"RGBPoints": [0, 1, 0, 0, 1, 1, 0, 0], "Points": [0, 0.01, 0.5, 0, 1, 0.01, 0.5, 0]}')
+        image, _ = self.draw("--derive", "c=0*value+1", "--volume", "c:" + thin, "--camera", camera, "--background", "black")
+        layers = 2 / (0.02 * 12**0.5)  # the cube by the thickness that opacities hold for
+        self.assertLessEqual(abs(image[60, 80] - [255 * (1 - 0.99**layers), 0, 0]).max(), 1.5)
+
+    def test_sphere_of_a_surface(self):
+        """The silhouette of an isosurface that is a ball, seen without perspective."""
+        image, said = self.draw("--derive", "r=sqrt(x*x+y*y+z*z)", "--surface", "r=0.8:red", "--view", "+x", "--parallel",
+                                "--camera", self.write("ball.json", '{"position": [9, 0, 0], "focal_point": [0, 0, 0], '
+                                                       '"view_up": [0, 0, 1], "parallel_scale": 1}'))
+        seen = (image != 255).any(axis=2)
+        self.assertLess(abs(seen.sum() - 3.14159 * 48**2) / (3.14159 * 48**2), 0.02)
+        self.assertEqual([c["channel"] for c in said["channels"]], ["r"])
+        ys, xs = seen.nonzero()
+        self.assertLess(abs(xs.mean() - 79.5), 0.5)
+        self.assertLess(abs(ys.mean() - 59.5), 0.5)
+
+    def test_plane_shows_the_values(self):
+        """A plane coloured by a linear channel, unlit: the colours of the map at known places."""
+        flat = self.write("grey.json", '{"RGBPoints": [-1, 0, 0, 0, 1, 1, 1, 1]}')
+        image, _ = self.draw("--derive", "height=z", "--slice", "y", "--color-by", "height:" + flat, "--camera",
+                             self.write("front.json", '{"position": [0, -9, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1], '
+                                        '"parallel_scale": 2}'), "--background", "blue")
+        for row in (31, 45, 60, 88):
+            z = (row + 0.5 - 60) / 30
+            self.assertLessEqual(abs(image[row, 80] - 255 * (z + 1) / 2).max(), 2, row)
+
+    def test_translucent_surface_over_a_colour(self):
+        camera = self.write("half.json", '{"position": [0, -9, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1], "parallel_scale": 2}')
+        image, _ = self.draw("--derive", "side=y", "--surface", "side=0:0,0,0:0.25", "--camera", camera)
+        self.assertEqual(len({tuple(p) for p in image[40:80, 60:100].reshape(-1, 3)}), 1)
+        self.assertTrue(150 < image[60, 80, 0] < 255)
+
+    def test_boundary_of_a_part(self):
+        image, _ = self.draw("--boundary", "--color-by", "value", "--view", "iso")
+        self.assertLess(image[60, 80].min(), 250)
+
+    def test_views_from_all_sides(self):
+        """A ramp along an axis is dark on one side and bright on the other."""
+        ramp = self.write("axis.json", '{"RGBPoints": [-1, 0, 0, 0, 1, 1, 1, 1]}')
+        for side, along in (("+x", "y"), ("-x", "-y"), ("+y", "-x"), ("-y", "x"), ("+z", "x"), ("-z", "-x")):
+            image, _ = self.draw("--derive", "a=" + along, "--boundary", "--color-by", "a:" + ramp, "--view", side, "--parallel")
+            with self.subTest(side):
+                self.assertLess(image[60, 50, 0] + 60, image[60, 110, 0])
+
+    def test_logarithmic(self):
+        """Powers of ten of a linear exponent are a linear ramp."""
+        image, said = self.draw("--derive", "p=exp(2.302585092994046*4*z)", "--slice", "y", "--color-by", "p", "--log",
+                                "--colormap", "grey", "--range", "1e-4,1e4", "--camera", self.write(
+                                    "log.json", '{"position": [0, -9, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1], '
+                                    '"parallel_scale": 2}'))
+        grey, _ = self.draw("--derive", "h=z", "--slice", "y", "--color-by", "h", "--colormap", "grey", "--range", "-1,1",
+                            "--camera", self.path("log.json"))
+        self.assertLessEqual(abs(image - grey).max(), 2)
+        self.assertEqual(said["channels"][0]["range"], [1e-4, 1e4])
+
+    def test_range_by_percentile(self):
+        """Of a linear channel in a cube, parts of the volume are parts of the range; outliers do not matter."""
+        _, said = self.draw("--derive", "h=if(z>0.99, 1e30, z)", "--volume", "h", "--range", "10%,90%")
+        low, high = said["channels"][0]["range"]
+        self.assertLess(abs(low + 0.8), 0.06)
+        self.assertLess(abs(high - 0.8), 0.06)
+
+    def test_channels_of_all_kinds(self):
+        """Constant, huge, tiny, whole, with NaN, without any number: there is a picture of each."""
+        for text in ("0*value", "0*value+7", "value*1e308", "(value-0.5)*1.7e308", "value*1e-310", "if(value>0.5,1,0)", "0/0*value",
+                     "if(value>0.5,0/0,value)", "if(value>1.55,1e300,value)", "1/(value-value)"):
+            for words in ([], ["--log"]):
+                with self.subTest(text + " ".join(words)):
+                    image, _ = self.draw("--volume", text, "--annotation", "bar,axes", *words)
+                    self.assertEqual(image.shape, (120, 160, 3))
+
+    def test_control_points_at_one_value(self):
+        one = self.write("one.json", '{"RGBPoints": [0.5, 1, 0, 0, 0.5, 0, 0, 1], "Points": [0.5, 0, 0.5, 0, 0.5, 1, 0.5, 0]}')
+        image, _ = self.draw("--volume", "value:" + one, "--annotation", "bar")
+        self.assertEqual(image.shape, (120, 160, 3))
+
+    def test_transfer_function_out_and_in(self):
+        first, _ = self.draw("--volume", "value", "--write-transfer", self.path("used.json"))
+        with open(self.path("used.json"), encoding="utf-8") as f:
+            used = json.load(f)[0]
+        self.assertEqual(len(used["Points"]) % 4, 0)
+        self.assertEqual(len(used["RGBPoints"]) % 4, 0)
+        again, _ = self.draw("--volume", "value:" + self.path("used.json"))
+        self.assertLessEqual(abs(first - again).max(), 1)
+
+    def test_camera_out_and_in(self):
+        first, _ = self.draw("--view", "70,40,1.3", "--write-camera", self.path("used-camera.json"))
+        again, _ = self.draw("--camera", self.path("used-camera.json"))
+        self.assertTrue((first == again).all())
+
+    def test_orbit(self):
+        """The frame after a quarter of a round is the picture from that azimuth; each has a file of its own."""
+        pattern = self.path("f_%03d.png")
+        done = run("render", self.grid, "-o", pattern, "--size", "160x120", "--frames", "4", "--orbit", "360", "--view", "20,10", "--json",
+                   "--write-camera", self.path("orbit.json"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["frames"], 4)
+        with open(self.path("orbit.json"), encoding="utf-8") as f:
+            cameras = json.load(f)
+        frames = [pixels(self.path(f"f_{i:03}.png")) for i in range(4)]
+        for i in range(4):
+            camera = cameras[i]
+            offset = [camera["position"][k] - camera["focal_point"][k] for k in range(2)]
+            self.assertGreater(abs(frames[i] - frames[i - 1]).mean(), 0.1)
+            self.assertLess(abs(offset[0]**2 + offset[1]**2 - sum((cameras[0]["position"][k] - cameras[0]["focal_point"][k])**2
+                                                                  for k in range(2))), 1e-9)
+        keys = self.write("third.json", json.dumps(cameras[2]))
+        again, _ = self.draw("--camera", keys)
+        self.assertTrue((again == frames[2]).all())
+
+    def test_key_frames(self):
+        """A path goes through its cameras, and between two of them in the middle."""
+        keys = [{"position": [0, -9, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1], "view_angle": 30},
+                {"position": [9, -9, 2], "focal_point": [0, 1, 0], "view_up": [0, 0, 1], "view_angle": 20}]
+        done = run("render", self.grid, "-o", self.path("k%d.png"), "--size", "80x60", "--frames", "3", "-q",
+                   "--camera", self.write("keys.json", json.dumps(keys)), "--write-camera", self.path("path.json"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(self.path("path.json"), encoding="utf-8") as f:
+            path = json.load(f)
+        self.assertEqual(path[0]["position"], [0, -9, 0])
+        self.assertEqual(path[2]["position"], [9, -9, 2])
+        self.assertEqual(path[1]["focal_point"], [0, 0.5, 0])
+        self.assertLess(abs(path[1]["view_angle"] - 25), 1e-9)
+
+    def test_words_around(self):
+        plain, _ = self.draw("--view", "+x")
+        words, _ = self.draw("--view", "+x", "--annotation", "bar,axes,box,triad,error", "--title", "Zwölf Glocken")
+        self.assertTrue((plain[0] == 255).all())
+        self.assertLess(words[100:].min(), 100)  # the title
+        self.assertLess(words[:12, :60].min(), 100)  # the error
+
+    def test_patches_of_a_model(self):
+        model = self.path("p.tlod")
+        self.assertEqual(run("build", self.grid, "-o", model).returncode, 0)
+        for words in (["--color-levels"], ["--color-patches", "--clip", "x<0"]):
+            try:
+                image, said = self.draw(*words, source=model)
+            except AssertionError as e:
+                if "draws no lines" in str(e):
+                    self.skipTest("no lines yet")
+                raise
+            self.assertLess(image[60, 80].min(), 250)
+            self.assertGreater(said["patches"], 0)
+            self.assertIsNotNone(said["error_px"])
+
+    def test_figures_of_a_picture(self):
+        _, said = self.draw()
+        for key in ("tets", "patches", "seconds", "error_px", "renderer", "peak_bytes"):
+            self.assertIn(key, said)
+        for key in ("open", "cut", "extract", "draw"):
+            self.assertIn(key, said["seconds"])
+
+    def test_no_gl_falls_back(self):
+        done = run("render", self.grid, "-o", self.path("gl.png"), "--size", "40x30", "--renderer", "gl", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        if json.loads(done.stdout)["renderer"] == "cpu":
+            self.assertIn("the processor draws", done.stderr)
+
+    def test_empty_surface(self):
+        image, _ = self.draw("--surface", "value=99")
+        self.assertTrue((image == 255).all())
+
     def test_wrong_use(self):
         bad = self.write("bad.json", "[{")
         empty = self.write("empty.json", "[]")
+        same = self.write("same.json", '{"position": [0, 0, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1]}')
         for status, words, text in ((2, [], "-o OUT.png is missing"), (2, ["-o", "p.jpg"], "must end in .png"),
                                     (2, ["-o", "p.png", "--size", "0x5"], "expected WxH"),
                                     (2, ["-o", "p.png", "--volume", "heat"], "no channel 'heat'"),
                                     (2, ["-o", "p.png", "--colormap", "pink"], "viridis"),
                                     (2, ["-o", "p.png", "--view", "1"], "expected AZ,EL"),
+                                    (2, ["-o", "p.png", "--view", "up"], "+x -x"),
                                     (2, ["-o", "p.png", "--range", "1,1"], "expected LOW,HIGH"),
+                                    (2, ["-o", "p.png", "--range", "1"], "expected LOW,HIGH"),
+                                    (2, ["-o", "p.png", "--range", "5%,200%"], "expected LOW,HIGH"),
+                                    (2, ["-o", "p.png", "--log", "--range", "0,1"], "begins above 0"),
+                                    (2, ["-o", "p.png", "--surface", "value"], "CHANNEL=VALUE"),
+                                    (2, ["-o", "p.png", "--surface", "value=1:pinkish"], "'pinkish' is no colour"),
+                                    (2, ["-o", "p.png", "--surface", "heat=1"], "'value'"),
+                                    (2, ["-o", "p.png", "--color-by", "heat"], "'value'"),
+                                    (2, ["-o", "p.png", "--slice", "w=1"], "expected X,Y,Z,NX,NY,NZ"),
+                                    (2, ["-o", "p.png", "--slice", "0,0,0,0,0,0"], "expected X,Y,Z,NX,NY,NZ"),
+                                    (2, ["-o", "p.png", "--background", "#12"], "expected none or a colour"),
+                                    (2, ["-o", "p.png", "--annotation", "bars"], "expected none, or some of"),
+                                    (2, ["-o", "p.png", "--frames", "3"], "needs a number"),
+                                    (2, ["-o", "p.png", "--color-levels"], "is no model"),
+                                    (1, ["-o", "p.png", "--camera", same], "focal point"),
+                                    (1, ["-o", "p.png", "--camera", bad], "JSON"),
+                                    (1, ["-o", "p.png", "--write-camera", "no/folder/c.json"], "no/folder"),
                                     (1, ["-o", "p.png", "--volume", "value:" + bad], "JSON"),
                                     (1, ["-o", "p.png", "--volume", "value:" + empty], "expected a list of colour maps"),
                                     (1, ["-o", "p.png", "--camera", "nowhere.json"], "nowhere.json"),

@@ -78,19 +78,65 @@ static int fill(const char *path, const json_t *object, tl_camera *camera)
     return CLI_DONE;
 }
 
-int cli_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera)
+static int fill_checked(tl_ctx *ctx, const char *path, const json_t *object, tl_camera *camera)
 {
-    json_error_t error;
     *camera = tl_camera_defaults();
-    json_t *object = json_load_file(path, 0, &error);
-    if (!object) {
-        fprintf(stderr, "tetralod: can't read '%s' as JSON: line %d: %s\n", path, error.line,
-                error.text);
-        return CLI_FAILED;
-    }
     int exit_status = fill(path, object, camera);
     if (!exit_status && tl_camera_check(ctx, camera))
         exit_status = wrong(path, tl_ctx_message(ctx));
-    json_decref(object);
     return exit_status;
+}
+
+int cli_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera)
+{
+    json_t *root;
+    int exit_status = cli_json_read(ctx, path, &root);
+    if (exit_status) return exit_status;
+    exit_status = fill_checked(ctx, path, root, camera);
+    json_decref(root);
+    return exit_status;
+}
+
+int cli_cameras_read(tl_ctx *ctx, const char *path, tl_camera **cameras, size_t *count)
+{
+    json_t *root;
+    tl_status st = TL_OK;
+    *cameras = NULL;
+    *count = 0;
+    int exit_status = cli_json_read(ctx, path, &root);
+    if (exit_status) return exit_status;
+    const json_t *list = json_is_object(root) ? find(root, "cameras") : root;
+    const size_t wanted = json_is_array(list) ? json_array_size(list) : 1;
+    if (!wanted) exit_status = wrong(path, "a list without cameras");
+    if (!exit_status) *cameras = tl_mem_zalloc(ctx, wanted, sizeof **cameras, &st);
+    if (st) exit_status = wrong(path, tl_ctx_message(ctx));
+    for (size_t i = 0; !exit_status && i < wanted; i++)
+        exit_status = fill_checked(ctx, path, json_is_array(list) ? json_array_get(list, i) : root,
+                                   &(*cameras)[i]);
+    json_decref(root);
+    *count = exit_status ? 0 : wanted;
+    if (!exit_status) return exit_status;
+    tl_mem_free(ctx, *cameras);
+    *cameras = NULL;
+    return exit_status;
+}
+
+static void put_camera(json_t *object, const tl_camera *camera)
+{
+    const double size[2] = {camera->size_px[0], camera->size_px[1]};
+    cli_json_reals(object, "position", camera->position, 3);
+    cli_json_reals(object, "focal_point", camera->focal_point, 3);
+    cli_json_reals(object, "view_up", camera->view_up, 3);
+    cli_json_real(object, "view_angle", camera->view_angle);
+    if (camera->parallel_scale > 0) cli_json_real(object, "parallel_scale", camera->parallel_scale);
+    cli_json_flag(object, "parallel_projection", camera->parallel_scale > 0);
+    cli_json_reals(object, "size", size, 2);
+}
+
+int cli_cameras_write(const char *path, const tl_camera *cameras, size_t count)
+{
+    json_t *root = count == 1 ? json_object() : json_array();
+    for (size_t i = 0; i < count; i++)
+        put_camera(count == 1 ? root : cli_json_item(root), &cameras[i]);
+    return cli_json_write(root, path);
 }

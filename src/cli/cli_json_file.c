@@ -74,3 +74,10 @@ int cli_json_read(tl_ctx *ctx, const char *path, json_t **root)
             error.text);
     return CLI_FAILED;
 }
+
+int cli_json_write(json_t *root, const char *path)
+{
+    const int failed = json_dump_file(root, path, JSON_INDENT(1) | JSON_PRESERVE_ORDER);
+    json_decref(root);
+    return failed ? wrong(path, "it can't be written") : CLI_DONE;
+}

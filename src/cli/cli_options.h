@@ -18,7 +18,7 @@
 /* Values that one repeatable option can collect. */
 #define CLI_LIST_MAX 64
 #define CLI_OPERANDS_MAX 1024
-#define CLI_GROUPS_MAX 7
+#define CLI_GROUPS_MAX 8
 /* Longest name of a channel on the command line, its end included. */
 #define CLI_NAME_BYTES 512
 
@@ -47,6 +47,26 @@ typedef enum cli_id {
     CLI_VOLUME,
     CLI_COLORMAP,
     CLI_RANGE,
+    CLI_ANNOTATION,
+    CLI_TITLE,
+    CLI_RENDERER,
+    CLI_PARALLEL,
+    CLI_WRITE_CAMERA,
+    CLI_FRAMES,
+    CLI_ORBIT,
+    CLI_LIT,
+    CLI_SURFACE,
+    CLI_SLICE,
+    CLI_BOUNDARY,
+    CLI_EDGES,
+    CLI_SILHOUETTES,
+    CLI_POINTS,
+    CLI_LINES,
+    CLI_COLOR_PATCHES,
+    CLI_COLOR_LEVELS,
+    CLI_COLOR_BY,
+    CLI_LOG,
+    CLI_WRITE_TRANSFER,
     CLI_PLANE,
     CLI_NO_NORMALS,
     CLI_BYTES,

@@ -52,6 +52,8 @@ json_t *cli_json_item(json_t *list);
 /* Reads a file whose commas may stand before closing brackets. Gives *root (json_decref). Returns
  * an exit status; the message is out already. */
 int cli_json_read(tl_ctx *ctx, const char *path, json_t **root);
+/* Writes a file and releases root. Returns an exit status; the message is out already. */
+int cli_json_write(json_t *root, const char *path);
 /* Prints and releases it. */
 void cli_json_print(json_t *object);
 

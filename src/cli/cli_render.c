@@ -1,302 +1,262 @@
-/* tetralod render: a picture of a model or a file, without a screen. */
+/* tetralod render: pictures of a model or a file, without a screen. */
 #include <math.h>
 #include <string.h>
 
 #include "cli_camera.h"
-#include "cli_transfer.h"
-#include "cli_volume.h"
+#include "cli_scene.h"
 
 static const cli_option PICTURE[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT.png", NULL, 0, 0, "the picture; required"},
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT.png", NULL, 0, 0,
+     "the picture; required. Of several frames with their number, as frame_%04d.png"},
     {CLI_PICTURE_SIZE, 0, "size", CLI_TYPE_TEXT, "WxH", "1280x960", 0, 0, "pixels"},
     {CLI_SAMPLES, 0, "samples", CLI_TYPE_COUNT, "N", "1", 1, 8,
      "N x N rays a pixel, for smooth edges"},
     {CLI_BACKGROUND, 0, "background", CLI_TYPE_TEXT, "COLOUR", "white", 0, 0,
-     "white, black, none (the picture stays transparent) or R,G,B from 0 to 1"},
-    {CLI_VIEW, 0, "view", CLI_TYPE_TEXT, "AZ,EL[,ZOOM]", "30,20,1.2", 0, 0,
-     "look from an azimuth and an elevation, in degrees; 0,0 looks along y with z up"},
+     "none (the picture stays transparent) or a colour: a name, #RRGGBB or R,G,B from 0 to 1"},
+    {CLI_ANNOTATION, 0, "annotation", CLI_TYPE_TEXT, "PARTS", "bar,axes,box,error", 0, 0,
+     "none, or what is written around: bar, axes (with numbers), box, triad, error (of the "
+     "picture). Pictures less than 200 pixels high have none unless it is asked for"},
+    {CLI_TITLE, 0, "title", CLI_TYPE_TEXT, "TEXT", NULL, 0, 0, "a line above"},
+    {CLI_RENDERER, 0, "renderer", CLI_TYPE_CHOICE, "auto|gl|cpu", "auto", 0, 0,
+     "what draws: OpenGL where there is a GPU, or the processor, which is the reference"},
+};
+static const cli_option CAMERA[] = {
+    {CLI_VIEW, 0, "view", CLI_TYPE_TEXT, "AZ,EL[,ZOOM]", "30,20", 0, 0,
+     "look from an azimuth and an elevation, in degrees; 0,0 looks along y with z up. Or from a "
+     "side: +x -x +y -y +z -z iso. All of the box is seen at zoom 1"},
+    {CLI_PARALLEL, 0, "parallel", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "no perspective: equal lengths are equal wherever they are"},
     {CLI_CAMERA, 0, "camera", CLI_TYPE_TEXT, "CAMERA.json", NULL, 0, 0,
      "a camera as VTK names it: position, focal_point, view_up, view_angle or parallel_scale; its "
-     "size gives way to --size"},
+     "size gives way to --size. A list of cameras: key frames that --frames go through"},
+    {CLI_WRITE_CAMERA, 0, "write-camera", CLI_TYPE_TEXT, "FILE.json", NULL, 0, 0,
+     "write the camera, of several frames all of them, for --camera and for VTK"},
+    {CLI_FRAMES, 0, "frames", CLI_TYPE_COUNT, "N", "1", 1, 100000, "so many pictures"},
+    {CLI_ORBIT, 0, "orbit", CLI_TYPE_REAL, "DEG", "0", -36000, 36000,
+     "go around by so many degrees in all frames; 360 gives a round that can be repeated"},
 };
-static const cli_option LOOK[] = {
+static const cli_option THINGS[] = {
     {CLI_VOLUME, 0, "volume", CLI_TYPE_TEXT, "CHANNEL[:TF.json]", NULL, 0, 0,
-     "the channel that is seen, of a vector its length, with a transfer function as ParaView "
-     "writes it; without it the first one, with opacities from its histogram"},
+     "a channel as a cloud, with a transfer function as ParaView writes it, or with opacities from "
+     "its histogram"},
+    {CLI_LIT, 0, "lit", CLI_TYPE_FLAG, NULL, NULL, 0, 0, "light on the volume"},
+    {CLI_SURFACE, 0, "surface", CLI_TYPE_LIST, "CHANNEL=V[%][:COLOUR][:OPACITY]", NULL, 0, 0,
+     "the isosurface at a value, or at a part of the channel's range"},
+    {CLI_SLICE, 0, "slice", CLI_TYPE_LIST, "PLANE", NULL, 0, 0,
+     "the values on a plane: X,Y,Z,NX,NY,NZ (a point and a normal), or x, y=V, z=P% of the box"},
+    {CLI_BOUNDARY, 0, "boundary", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "the boundary of the mesh; as glass where other things lie in it"},
+    {CLI_EDGES, 0, "edges", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "the sharp edges of the boundary, and those between regions"},
+    {CLI_SILHOUETTES, 0, "silhouettes", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "the outlines of the boundary as it is seen"},
+    {CLI_COLOR_PATCHES, 0, "color-patches", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "of a model: its patches in colours"},
+    {CLI_COLOR_LEVELS, 0, "color-levels", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "of a model: its levels of detail in colours, bright is fine"},
+};
+static const cli_option COLORS[] = {
+    {CLI_COLOR_BY, 0, "color-by", CLI_TYPE_TEXT, "CHANNEL[:TF.json]", NULL, 0, 0,
+     "the channel that surfaces, planes and the boundary show"},
     {CLI_COLORMAP, 0, "colormap", CLI_TYPE_TEXT, "NAME", "viridis", 0, 0,
      "viridis, inferno, magma, plasma, cividis, cool-to-warm or grey"},
     {CLI_RANGE, 0, "range", CLI_TYPE_TEXT, "LOW,HIGH", NULL, 0, 0,
-     "values at the ends of the colour map; without it where most values are"},
+     "values at the ends of the colour map, or parts of the volume that lie below, as 2%,98%; "
+     "without it where most values are"},
+    {CLI_LOG, 0, "log", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "colours by the logarithm; values that are not above 0 are not seen"},
+    {CLI_WRITE_TRANSFER, 0, "write-transfer", CLI_TYPE_TEXT, "FILE.json", NULL, 0, 0,
+     "write the transfer function that was used, for CHANNEL:TF.json and for ParaView"},
 };
 static const cli_group PICTURE_GROUP = {"Picture", PICTURE, sizeof PICTURE / sizeof *PICTURE};
-static const cli_group LOOK_GROUP = {"Look", LOOK, sizeof LOOK / sizeof *LOOK};
-
-/* Opacities hold for a layer as thick as this part of the diagonal. */
-static const double UNIT_DISTANCE = 0.02;
+static const cli_group CAMERA_GROUP = {"Camera", CAMERA, sizeof CAMERA / sizeof *CAMERA};
+static const cli_group THINGS_GROUP = {"What is drawn", THINGS, sizeof THINGS / sizeof *THINGS};
+static const cli_group COLORS_GROUP = {"Colours", COLORS, sizeof COLORS / sizeof *COLORS};
 
 typedef struct request {
-    const tl_mesh *mesh;
-    uint32_t width, height, samples;
-    bool transparent;
-    float background[3];
-    const tl_channel *channel;
-    double *lengths; /* [vert_count] of vectors, else NULL */
-    const double *scalar;
-    cli_points points;
-    double range[2];
-    tl_camera camera;
+    cli_scene scene;
+    cli_picture picture;
+    cli_words words;
+    tl_camera *cameras; /* [frame_count] */
+    double write_seconds;
+    bool is_silent; /* the build can't write on pictures, which was said */
 } request;
 
-/* ---- words ---- */
+/* ---- frames ---- */
 
-static int set_size(const cli_session *session, request *r)
+/* Without pango pictures come without words. */
+static tl_status annotate(request *r, const tl_camera *camera, tl_image *image)
 {
-    char rest;
-    const char *text = cli_get(session, CLI_PICTURE_SIZE)->text;
-    r->samples = (uint32_t)cli_get(session, CLI_SAMPLES)->count;
-    if (sscanf(text, "%5ux%5u%c", &r->width, &r->height, &rest) == 2 && r->width && r->height &&
-        r->width * r->samples <= 32768 && r->height * r->samples <= 32768)
-        return CLI_DONE;
-    return cli_misuse(session->args.verb, "--size %s: expected WxH of at most 32768 rays a side",
-                      text);
+    tl_ctx *ctx = r->scene.session->ctx;
+    cli_words_set(&r->scene, &r->picture, &r->words);
+    if (r->is_silent) return TL_OK;
+    tl_status st = tl_draw_annotation(ctx, &r->words.annotation, camera, image);
+    if (st != TL_ERR_UNSUPPORTED) return st;
+    fprintf(stderr, "tetralod: warning: %s\n", tl_ctx_message(ctx));
+    tl_ctx_clear(ctx);
+    r->is_silent = true;
+    return TL_OK;
 }
 
-static int set_background(const cli_session *session, request *r)
+static tl_status make_frame(request *r, size_t frame)
 {
-    double rgb[3];
-    const char *text = cli_get(session, CLI_BACKGROUND)->text;
-    r->transparent = strcmp(text, "none") == 0;
-    for (int k = 0; k < 3; k++) r->background[k] = strcmp(text, "white") == 0;
-    if (r->transparent || strcmp(text, "white") == 0 || strcmp(text, "black") == 0) return CLI_DONE;
-    bool known = cli_parse_reals(text, rgb, 3);
-    for (int k = 0; known && k < 3; k++) {
-        known = rgb[k] >= 0 && rgb[k] <= 1;
-        r->background[k] = (float)rgb[k];
+    char name[CLI_PATH_BYTES];
+    tl_image *image = NULL;
+    const tl_camera *camera = &r->cameras[frame];
+    tl_ctx *ctx = r->scene.session->ctx;
+    tl_status st = cli_scene_draw(&r->scene, camera, &image);
+    const double start = cli_now();
+    if (!st) st = annotate(r, camera, image);
+    if (!st && !r->picture.transparent) tl_image_flatten(image, r->picture.background);
+    cli_picture_name(r->scene.session, &r->picture, frame, name);
+    if (!st) st = tl_image_write_png(ctx, image, name);
+    tl_image_destroy(ctx, image);
+    r->write_seconds += cli_now() - start;
+    if (!st) st = tl_progress(ctx, "frames", frame + 1, r->picture.frame_count);
+    return st;
+}
+
+static int make_frames(request *r)
+{
+    cli_session *session = r->scene.session;
+    int failed = CLI_DONE;
+    for (size_t i = 0; !failed && i < r->picture.frame_count; i++) {
+        /* a model is cut anew for each view */
+        if (i == 0 || r->scene.volume.is_model) failed = cli_scene_build(&r->scene, &r->cameras[i]);
+        tl_status st = failed ? TL_OK : make_frame(r, i);
+        if (st) failed = cli_fail(session, session->ctx, st);
     }
-    return known ? CLI_DONE
-                 : cli_misuse(session->args.verb,
-                              "--background %s: expected white, black, none or R,G,B", text);
-}
-
-static int check_words(const cli_session *session, request *r)
-{
-    const char *out = cli_get(session, CLI_OUTPUT)->text;
-    size_t length = out ? strlen(out) : 0;
-    if (!out) return cli_misuse(session->args.verb, "-o OUT.png is missing");
-    if (length < 4 || strcmp(out + length - 4, ".png") != 0)
-        return cli_misuse(session->args.verb, "'%s': the name must end in .png", out);
-    int failed = set_size(session, r);
-    if (!failed) failed = set_background(session, r);
-    return failed ? failed : cli_output_folder(out);
-}
-
-static int set_camera(const cli_session *session, request *r)
-{
-    double bounds[6], view[3] = {0, 0, 1};
-    const cli_value *camera = cli_get(session, CLI_CAMERA);
-    const char *text = cli_get(session, CLI_VIEW)->text;
-    cli_bounds(r->mesh, bounds);
-    if (!cli_parse_reals(text, view, 3) && !cli_parse_reals(text, view, 2))
-        return cli_misuse(session->args.verb, "--view %s: expected AZ,EL or AZ,EL,ZOOM", text);
-    if (!(view[2] > 0)) return cli_misuse(session->args.verb, "--view %s: a zoom is above 0", text);
-    r->camera = tl_camera_fit(bounds, view[0], view[1], view[2], r->width, r->height);
-    int failed = camera->given ? cli_camera_read(session->ctx, camera->text, &r->camera) : CLI_DONE;
-    r->camera.size_px[0] = r->width * r->samples;
-    r->camera.size_px[1] = r->height * r->samples;
+    cli_progress_clear(&session->progress);
     return failed;
 }
 
-/* ---- what is seen ---- */
-
-static const tl_channel *first_channel(const tl_mesh *mesh)
+static int set_cameras(request *r)
 {
-    const tl_channel *found = NULL;
-    for (size_t c = 0; c < tl_mesh_channel_count(mesh); c++) {
-        const tl_channel *channel = tl_mesh_channel(mesh, c);
-        if (channel->on != TL_ON_VERTEX) continue;
-        if (channel->components == 1) return channel;
-        if (!found) found = channel;
-    }
-    return found;
-}
-
-/* CHANNEL[:FILE]; a name may have colons. */
-static int set_channel(const cli_session *session, request *r, const char **file)
-{
-    char name[CLI_NAME_BYTES];
-    const char *text = cli_get(session, CLI_VOLUME)->text;
-    *file = NULL;
-    if (!text) {
-        r->channel = first_channel(r->mesh);
-        if (r->channel) return CLI_DONE;
-        fprintf(stderr, "tetralod: there is no channel on vertices to look at; "
-                        "--cell-to-point makes some of those on cells\n");
-        return CLI_FAILED;
-    }
-    r->channel = cli_vertex_channel(r->mesh, text);
-    for (const char *colon = text; !r->channel && (colon = strchr(colon, ':')); colon++) {
-        snprintf(name, sizeof name, "%.*s", (int)(colon - text), text);
-        r->channel = cli_vertex_channel(r->mesh, name);
-        if (r->channel) *file = colon + 1;
-    }
-    return r->channel ? CLI_DONE : cli_unknown_channel(session, r->mesh, text);
-}
-
-/* Opacities from the histogram by volume: each vertex stands for a quarter of its tets. */
-static tl_status look_at_values(tl_ctx *ctx, request *r)
-{
+    double window[4];
     tl_status st = TL_OK;
-    size_t count = tl_mesh_vert_count(r->mesh);
-    const tl_lidx *tets = tl_mesh_tets(r->mesh);
-    const double *xyz = tl_mesh_xyz(r->mesh);
-    double *weights = tl_mem_zalloc(ctx, count, sizeof *weights, &st);
-    for (size_t t = 0; !st && t < tl_mesh_tet_count(r->mesh); t++) {
-        double p[4][3];
-        for (size_t i = 0; i < 4; i++) memcpy(p[i], xyz + 3 * (size_t)tets[4 * t + i], sizeof p[i]);
-        double volume = fabs(tl_tet_volume((const double(*)[3])p));
-        for (size_t i = 0; i < 4 && isfinite(volume); i++) weights[tets[4 * t + i]] += volume;
+    cli_session *session = r->scene.session;
+    const cli_value *path = cli_get(session, CLI_WRITE_CAMERA);
+    cli_words_set(&r->scene, &r->picture, &r->words);
+    tl_annotation_window(&r->words.annotation, r->picture.width, r->picture.height, window);
+    int failed = cli_picture_camera(session, r->scene.bounds, window, &r->picture);
+    if (failed) return failed;
+    r->cameras = tl_mem_alloc(session->ctx, r->picture.frame_count, sizeof *r->cameras, &st);
+    for (size_t i = 0; !st && i < r->picture.frame_count; i++) {
+        r->cameras[i] = cli_picture_frame(&r->picture, i);
+        st = tl_camera_check(session->ctx, &r->cameras[i]);
     }
-    if (!st) cli_points_look(r->scalar, weights, count, r->range, &r->points);
-    tl_mem_free(ctx, weights);
-    return st;
-}
-
-static int unknown_map(const cli_session *session, const char *map)
-{
-    cli_misuse(session->args.verb, "--colormap %s is unknown", map);
-    fputs("  colour maps:", stderr);
-    for (size_t i = 0; tl_colormap_name(i); i++) fprintf(stderr, " %s", tl_colormap_name(i));
-    fputs("\n", stderr);
-    return CLI_WRONG_USE;
-}
-
-static int set_look(cli_session *session, request *r)
-{
-    const char *file, *map = cli_get(session, CLI_COLORMAP)->text;
-    const cli_value *range = cli_get(session, CLI_RANGE);
-    int failed = set_channel(session, r, &file);
-    tl_status st = failed ? TL_OK
-                          : cli_volume_scalar(session->ctx, r->channel, tl_mesh_vert_count(r->mesh),
-                                              &r->lengths, &r->scalar);
-    if (failed || st) return failed ? failed : cli_fail(session, session->ctx, st);
-    if (file) failed = cli_points_read(session->ctx, file, &r->points);
-    if (!failed && !r->points.opacity_count) st = look_at_values(session->ctx, r);
     if (st) return cli_fail(session, session->ctx, st);
-    if (range->given &&
-        (!cli_parse_reals(range->text, r->range, 2) || !(r->range[0] < r->range[1])))
-        return cli_misuse(session->args.verb, "--range %s: expected LOW,HIGH", range->text);
-    if (!failed && !file && !cli_points_map(map, r->range, &r->points))
-        return unknown_map(session, map);
-    return failed;
+    return path->given ? cli_cameras_write(path->text, r->cameras, r->picture.frame_count)
+                       : CLI_DONE;
 }
 
-/* ---- the picture ---- */
-
-typedef struct outcome {
-    double draw_seconds, write_seconds;
-} outcome;
-
-static tl_status draw(cli_session *session, request *r, tl_image **image, outcome *o)
+static int write_transfer(const request *r)
 {
-    tl_ctx *ctx = session->ctx;
-    tl_transfer *transfer = NULL;
-    tl_volume *volume = NULL;
-    tl_image *fine = NULL;
-    double start = cli_now();
-    tl_status st = tl_transfer_create(
-        ctx, r->points.colors, r->points.color_count, r->points.opacities, r->points.opacity_count,
-        UNIT_DISTANCE * fmax(cli_diagonal(r->mesh), 1e-300), &transfer);
-    if (!st) st = tl_volume_create(ctx, r->mesh, NULL, &volume);
-    if (!st) st = tl_image_create(ctx, r->camera.size_px[0], r->camera.size_px[1], &fine);
-    if (!st) st = tl_draw_volume(ctx, volume, r->scalar, transfer, &r->camera, NULL, fine);
-    if (!st) st = tl_image_reduce(ctx, fine, r->samples, image);
-    if (!st && !r->transparent) tl_image_flatten(*image, r->background);
-    tl_image_destroy(ctx, fine);
-    tl_volume_destroy(ctx, volume);
-    tl_transfer_destroy(ctx, transfer);
-    o->draw_seconds = cli_now() - start;
-    return st;
+    const cli_session *session = r->scene.session;
+    const cli_value *path = cli_get(session, CLI_WRITE_TRANSFER);
+    const cli_shade *shade = r->scene.volume_shade ? r->scene.volume_shade : r->scene.color_shade;
+    if (!path->given) return CLI_DONE;
+    if (!shade)
+        return cli_misuse(session->args.verb, "--write-transfer: no channel is shown in colours");
+    return cli_shade_write(shade, path->text);
 }
 
-static void print_json(const cli_session *session, const cli_volume *volume, const request *r,
-                       const outcome *o)
+/* ---- summaries ---- */
+
+static void print_json(const request *r)
 {
+    const cli_scene *scene = &r->scene;
+    const cli_volume *volume = &scene->volume;
     json_t *object = json_object();
-    cli_json_text(object, "file", cli_get(session, CLI_OUTPUT)->text);
+    cli_json_text(object, "file", cli_get(scene->session, CLI_OUTPUT)->text);
     cli_json_volume(object, volume);
-    cli_json_text(object, "channel", r->channel->name);
-    cli_json_reals(object, "range", r->range, 2);
-    cli_json_text(object, "renderer", "cpu");
+    if (!volume->is_model) {
+        cli_json_count(object, "patches", 0);
+        cli_json_real(object, "error_px", 0);
+    }
+    json_t *list = cli_json_list(object, "channels");
+    for (size_t i = 0; i < scene->shade_count; i++) {
+        json_t *item = cli_json_item(list);
+        cli_json_text(item, "channel", scene->shades[i]->name);
+        cli_json_reals(item, "range", scene->shades[i]->range, 2);
+    }
+    cli_json_text(object, "renderer", tl_renderer_name(scene->renderer));
+    cli_json_count(object, "frames", r->picture.frame_count);
     json_t *seconds = cli_json_object(object, "seconds");
-    cli_json_real(seconds, "open", volume->seconds);
-    cli_json_real(seconds, "draw", o->draw_seconds);
-    cli_json_real(seconds, "write", o->write_seconds);
-    cli_json_facts(object, session->ctx);
+    cli_json_volume_seconds(seconds, volume);
+    cli_json_real(seconds, "extract", scene->extract_seconds);
+    cli_json_real(seconds, "draw", scene->draw_seconds);
+    cli_json_real(seconds, "write", r->write_seconds);
+    cli_json_facts(object, scene->session->ctx);
     cli_json_print(object);
 }
 
-static void print_text(cli_session *session, const cli_volume *volume, const request *r,
-                       const outcome *o)
+static void print_text(const request *r)
 {
-    const char *path = cli_get(session, CLI_OUTPUT)->text;
-    cli_print_volume(session, volume);
-    printf("drew        %s, %s to %s, %u x %u pixels (%s)\n", cli_name(r->channel->name).s,
-           cli_real(r->range[0]).s, cli_real(r->range[1]).s, r->width, r->height,
-           cli_seconds(o->draw_seconds).s);
-    printf("wrote       %s (%s, %s)\n", path, cli_bytes((double)cli_file_bytes(path)).s,
-           cli_seconds(o->write_seconds).s);
+    const cli_scene *scene = &r->scene;
+    char name[CLI_PATH_BYTES];
+    cli_print_volume(scene->session, &scene->volume);
+    for (size_t i = 0; i < scene->shade_count; i++)
+        printf("shows       %s, %s\n", cli_name(scene->shades[i]->title).s,
+               cli_range(scene->shades[i]->range).s);
+    cli_print_notes(scene->session);
+    printf("drew        %zu picture%s, %u x %u pixels, by %s (%s and %s)\n", r->picture.frame_count,
+           r->picture.frame_count > 1 ? "s" : "", r->picture.width, r->picture.height,
+           tl_renderer_name(scene->renderer), cli_seconds(scene->extract_seconds).s,
+           cli_seconds(scene->draw_seconds).s);
+    cli_picture_name(scene->session, &r->picture, 0, name);
+    printf("wrote       %s (%s, %s)\n", cli_get(scene->session, CLI_OUTPUT)->text,
+           cli_bytes((double)cli_file_bytes(name)).s, cli_seconds(r->write_seconds).s);
 }
 
-static int render(cli_session *session, const cli_volume *volume, request *r)
+/* ---- the verb ---- */
+
+static int render(request *r)
 {
-    outcome o = {0};
-    tl_image *image = NULL;
-    int failed = set_camera(session, r);
-    if (!failed) failed = set_look(session, r);
+    cli_session *session = r->scene.session;
+    int failed = cli_scene_plan(&r->scene);
+    if (!failed) failed = set_cameras(r);
+    if (!failed) failed = write_transfer(r);
+    if (!failed) failed = make_frames(r);
     if (failed) return failed;
-    tl_status st = draw(session, r, &image, &o);
-    double start = cli_now();
-    if (!st) st = tl_image_write_png(session->ctx, image, cli_get(session, CLI_OUTPUT)->text);
-    o.write_seconds = cli_now() - start;
-    tl_image_destroy(session->ctx, image);
-    cli_progress_clear(&session->progress);
-    if (st) return cli_fail(session, session->ctx, st);
     if (cli_get(session, CLI_JSON)->given)
-        print_json(session, volume, r, &o);
+        print_json(r);
     else if (cli_loud(session))
-        print_text(session, volume, r, &o);
+        print_text(r);
     return CLI_DONE;
-}
-
-static int render_file(cli_session *session, request *r)
-{
-    cli_volume volume;
-    int exit_status = check_words(session, r);
-    if (!exit_status) exit_status = cli_volume_open(session, session->args.operands[0], &volume);
-    if (exit_status) return exit_status;
-    r->mesh = volume.input.mesh;
-    exit_status = render(session, &volume, r);
-    tl_mem_free(session->ctx, r->lengths);
-    cli_volume_close(session, &volume);
-    return exit_status;
 }
 
 static int run(cli_session *session)
 {
     tl_status st = TL_OK;
     request *r = tl_mem_zalloc(session->ctx, 1, sizeof *r, &st); /* too large for a stack */
-    int exit_status = st ? cli_fail(session, session->ctx, st) : render_file(session, r);
+    if (st) return cli_fail(session, session->ctx, st);
+    r->scene.session = session;
+    int failed = cli_picture_words(session, &r->picture);
+    if (!failed) failed = cli_words_check(session);
+    if (!failed) failed = cli_volume_begin(session, session->args.operands[0], &r->scene.volume);
+    if (!failed) {
+        failed = render(r);
+        cli_scene_close(&r->scene);
+    }
+    tl_mem_free(session->ctx, r->cameras);
+    cli_picture_close(session, &r->picture);
     tl_mem_free(session->ctx, r);
-    return exit_status;
+    return failed;
 }
 
 static const char *const EXAMPLES[] = {
     "tetralod render flow.tlod -o flow.png",
-    "A first look: the first channel, opacities from its histogram",
+    "A first look: the volume of a room or the boundary of a part, off by a pixel at most",
     "tetralod render flow.vtu -o flow.png --volume pressure:tf.json --view 120,35 --samples 2",
-    "Another channel with ParaView's transfer function, from another side, smooth",
-    "tetralod render flow.tlod -o small.png --error 2% --size 640x480 --background black",
-    "As coarse as an error of 2 % allows",
+    "A channel with ParaView's transfer function, from another side, smooth",
+    "tetralod render flow.tlod -o hybrid.png --volume pressure --surface speed=80%:orange:0.5 "
+    "--derive \"speed=mag(velocity)\"",
+    "A volume with a translucent surface of another channel in it",
+    "tetralod render part.vtu -o part.png --boundary --color-by stress --range 1%,99% --edges",
+    "A part with its stress and its edges",
+    "tetralod render flow.tlod -o frame_%04d.png --frames 90 --orbit 360 --size 960x720",
+    "Once around",
     NULL};
 
 const cli_verb cli_verb_render = {
@@ -304,11 +264,15 @@ const cli_verb cli_verb_render = {
     .operands = "IN -o OUT.png",
     .operand_least = 1,
     .operand_most = 1,
-    .about = "a picture by volume rendering, without a screen",
-    .details =
-        "IN is a model or any file that 'tetralod formats' lists. A ray a pixel goes through "
-        "the tets and integrates the linear field in each.",
-    .groups = {&PICTURE_GROUP, &LOOK_GROUP, &cli_group_detail, &cli_group_derive,
-               &cli_group_reading, &cli_group_common},
+    .about = "pictures of volumes, surfaces and lines, without a screen",
+    .details = "IN is a model or any file that 'tetralod formats' lists. Without a word on what is "
+               "drawn, a first look: of a room the volume of its first channel that is not "
+               "constant, of a part its boundary with that channel. Of vectors the length is "
+               "shown, of channels on tets the mean at each vertex. Colour maps: viridis, "
+               "inferno, magma, plasma, cividis (perceptual ones), cool-to-warm, grey; any other "
+               "as CHANNEL:TF.json. Colours: white, black, grey, red, orange, yellow, green, teal, "
+               "blue, purple, brown, bone, steel, gold, #RRGGBB or R,G,B.",
+    .groups = {&PICTURE_GROUP, &CAMERA_GROUP, &THINGS_GROUP, &COLORS_GROUP, &cli_group_detail,
+               &cli_group_derive, &cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

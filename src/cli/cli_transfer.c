@@ -5,10 +5,8 @@
 #include <string.h>
 
 enum { BINS = 256 };
-/* Part of the values that a first look leaves out at either end. */
-static const double TAIL = 0.002;
 /* Opacity of the rarest values of a first look. */
-static const double LOOK_OPACITY = 0.5;
+static const double LOOK_OPACITY = 0.6;
 
 /* ---- ParaView's JSON ---- */
 
@@ -96,55 +94,35 @@ static double fill_bins(const double *values, const double *weights, size_t coun
     double total = 0;
     memset(bins, 0, BINS * sizeof *bins);
     for (size_t i = 0; i < count; i++)
-        if (isfinite(values[i]) && values[i] >= range[0] && values[i] <= range[1]) {
+        if (values[i] >= range[0] && values[i] <= range[1]) {
             bins[bin_of(values[i], range)] += weights[i];
             total += weights[i];
         }
     return total;
 }
 
-/* Leaves out the tails of a range. */
-static void trim(const double bins[BINS], double total, double range[2])
+void cli_points_look(const double *values, const double *weights, size_t count,
+                     const double range[2], cli_points *points)
 {
-    double low = range[0], width = (range[1] - range[0]) / BINS;
-    double below = 0, above = 0;
-    size_t first = 0, last = BINS - 1;
-    while (first < last && (below += bins[first]) < TAIL * total) first++;
-    while (last > first && (above += bins[last]) < TAIL * total) last--;
-    range[0] = low + (double)first * width;
-    range[1] = low + (double)(last + 1) * width;
-}
-
-void cli_points_look(const double *values, const double *weights, size_t count, double range[2],
-                     cli_points *points)
-{
-    double bins[BINS], total, below = 0;
+    double bins[BINS], total = 0, below = 0;
     size_t mode = 0;
-    range[0] = (double)INFINITY;
-    range[1] = -(double)INFINITY;
-    for (size_t i = 0; i < count; i++)
-        if (isfinite(values[i])) {
-            range[0] = fmin(range[0], values[i]);
-            range[1] = fmax(range[1], values[i]);
-        }
-    if (!(range[1] > range[0]) || !(fill_bins(values, weights, count, range, bins) > 0)) {
-        /* one value, or none: a fog */
-        range[0] = isfinite(range[0]) ? range[0] : 0;
-        range[1] = range[0] + 1;
+    if (range[1] > range[0]) total = fill_bins(values, weights, count, range, bins);
+    if (!(total > 0)) { /* one value, or none: a fog */
         points->opacities[0] = (tl_opacity_point){range[0], LOOK_OPACITY / 10};
         points->opacity_count = 1;
         return;
     }
-    trim(bins, fill_bins(values, weights, count, range, bins), range);
-    total = fill_bins(values, weights, count, range, bins);
     for (size_t b = 1; b < BINS; b++)
         if (bins[b] > bins[mode]) mode = b;
     for (size_t b = 0; b < mode; b++) below += bins[b];
     double at_mode = (below + bins[mode] / 2) / total, sum = 0;
-    double farthest = fmax(at_mode, 1 - at_mode);
+    const double far_rank = fmax(at_mode, 1 - at_mode);
+    const double far_bins = fmax((double)mode, (double)(BINS - 1 - mode));
     for (size_t b = 0; b < BINS; b++) {
-        double rank = (sum + bins[b] / 2) / total;
-        double away = fabs(rank - at_mode) / farthest;
+        /* by how much of the volume lies between and by the value: rare values that are far from
+         * the common ones stand out of those that are merely rare */
+        const double rank = fabs((sum + bins[b] / 2) / total - at_mode) / far_rank;
+        const double away = (rank + fabs((double)b - (double)mode) / far_bins) / 2;
         points->opacities[b] =
             (tl_opacity_point){range[0] + ((double)b + 0.5) * (range[1] - range[0]) / BINS,
                                LOOK_OPACITY * away * away * away};

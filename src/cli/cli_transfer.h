@@ -21,10 +21,12 @@ int cli_points_read(tl_ctx *ctx, const char *path, cli_points *points);
 /* The colour map name over a range; false for an unknown name. */
 bool cli_points_map(const char *name, const double range[2], cli_points *points);
 
-/* Opacities of a first look at values [count] with weights [count]: the most frequent value is
- * clear, the others are the more opaque the more values lie between. range: where most values are.
- */
-void cli_points_look(const double *values, const double *weights, size_t count, double range[2],
-                     cli_points *points);
+/* Part of the volume whose values a first look leaves out at either end. */
+#define CLI_TAIL 0.002
+
+/* Opacities of a first look at finite values [count] with weights [count], over a range: the most
+ * frequent value is clear, the others are the more opaque the farther from it they are. */
+void cli_points_look(const double *values, const double *weights, size_t count,
+                     const double range[2], cli_points *points);
 
 #endif

@@ -105,8 +105,9 @@ static inline void add_layer(four *light, four change, float depth)
     *light += add;
 }
 
-/* A thick piece between two values, in parts that are thin. */
-static void add_parts(const tli_cast *cast, four *light, float a, float b, float depth,
+/* A thick piece between two values, in parts that are thin. around: the change of the integrals
+ * around equal values, which have none between them. */
+static void add_parts(const tli_cast *cast, four *light, float a, float b, four around, float depth,
                       float length)
 {
     float parts = ceilf(depth / cast->step_depth);
@@ -120,6 +121,7 @@ static void add_parts(const tli_cast *cast, four *light, float a, float b, float
                          ? change[3] / ((b - a) / (float)count) * length / (float)count
                          : depth / (float)count;
         before = now;
+        if (fabsf(b - a) <= SAME_VALUE) change = around;
         if (!(part > 0)) continue;
         /* more parts than there may be: what is left of the layer hides all behind it */
         add_layer(light, change[3] != 0 ? change : spread(1), part < 1 ? part : 1);
@@ -142,7 +144,7 @@ static inline void add_piece(const tli_cast *cast, lanes *l, int i, float value,
     if (depth <= cast->step_depth)
         add_layer(&l->light[i], change, depth);
     else
-        add_parts(cast, &l->light[i], l->value[i], value, depth, length);
+        add_parts(cast, &l->light[i], l->value[i], value, change, depth, length);
 }
 
 /* Puts the next fragment of a lane's ray behind what it has seen. */

@@ -1,0 +1,453 @@
+/* What a picture shows: the words that say it, or what a first look chooses; the mesh of a view. */
+#include "cli_scene.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Parts whose volume is less than this part of their box, or of a ball with their surface, are
+ * solids rather than rooms: a first look shows them from outside. */
+static const double FILL_LEAST = 0.3, ROUND_LEAST = 0.35;
+enum { POINTS_WANTED = 200000 };
+
+static const struct {
+    const char *name;
+    uint32_t rgb;
+} COLORS[] = {{"white", 0xffffff},  {"black", 0x000000},  {"grey", 0x999999},  {"red", 0xc83232},
+              {"orange", 0xe8862e}, {"yellow", 0xecc94b}, {"green", 0x4a9a4a}, {"teal", 0x2f9c95},
+              {"blue", 0x3c6fb8},   {"purple", 0x8559a5}, {"brown", 0x8a5a3c}, {"bone", 0xe8dfc8},
+              {"steel", 0x8fa3b5},  {"gold", 0xd4a83a}};
+
+bool cli_parse_color(const char *text, double rgb[3])
+{
+    unsigned value;
+    char rest;
+    for (size_t i = 0; i < sizeof COLORS / sizeof *COLORS; i++)
+        if (strcmp(text, COLORS[i].name) == 0) {
+            for (int k = 0; k < 3; k++) rgb[k] = (COLORS[i].rgb >> (16 - 8 * k) & 255) / 255.0;
+            return true;
+        }
+    if (strlen(text) == 7 && sscanf(text, "#%6x%c", &value, &rest) == 1) {
+        for (int k = 0; k < 3; k++) rgb[k] = (value >> (16 - 8 * k) & 255) / 255.0;
+        return true;
+    }
+    if (!cli_parse_reals(text, rgb, 3)) return false;
+    for (int k = 0; k < 3; k++)
+        if (!(rgb[k] >= 0 && rgb[k] <= 1)) return false;
+    return true;
+}
+
+/* ---- shades ---- */
+
+/* The shade of a channel with a transfer function, made once. */
+static int get_shade(cli_scene *scene, const char *name, const char *file, bool logarithmic,
+                     cli_shade **shade)
+{
+    for (size_t i = 0; i < scene->shade_count; i++)
+        if (!file && scene->shades[i]->logarithmic == logarithmic &&
+            strcmp(scene->shades[i]->name, name) == 0) {
+            *shade = scene->shades[i];
+            return CLI_DONE;
+        }
+    if (scene->shade_count == CLI_SHADES_MAX)
+        return cli_misuse(scene->session->args.verb, "more than %d channels in one picture",
+                          CLI_SHADES_MAX);
+    int failed = cli_shade_create(scene->session, scene->mesh, name, file, logarithmic, shade);
+    if (!failed) scene->shades[scene->shade_count++] = *shade;
+    return failed;
+}
+
+/* CHANNEL[:FILE]; a name may have colons. */
+static int get_shade_of_word(cli_scene *scene, const char *text, cli_shade **shade)
+{
+    char name[CLI_NAME_BYTES];
+    const bool logarithmic = cli_get(scene->session, CLI_LOG)->given;
+    if (!tl_mesh_channel_by_name(scene->mesh, text))
+        for (const char *colon = text; (colon = strchr(colon, ':')) != NULL; colon++) {
+            snprintf(name, sizeof name, "%.*s", (int)(colon - text), text);
+            if (tl_mesh_channel_by_name(scene->mesh, name) || !strchr(colon + 1, ':'))
+                return get_shade(scene, name, colon + 1, logarithmic, shade);
+        }
+    return get_shade(scene, text, NULL, logarithmic, shade);
+}
+
+/* ---- words ---- */
+
+/* CHANNEL=VALUE[%][:COLOUR][:OPACITY] */
+static int take_surface(cli_scene *scene, const char *word)
+{
+    const cli_verb *verb = scene->session->args.verb;
+    char name[CLI_NAME_BYTES], part[64];
+    const char *text;
+    bool percent;
+    cli_iso *iso = &scene->isos[scene->iso_count];
+    *iso = (cli_iso){.opacity = 1};
+    if (!cli_split_named(word, name, sizeof name, &text))
+        return cli_misuse(verb, "--surface %s: expected CHANNEL=VALUE[:COLOUR][:OPACITY]", word);
+    int failed = get_shade(scene, name, NULL, false, &iso->shade);
+    if (failed) return failed;
+    for (int i = 0; *text || !i; i++) {
+        const size_t length = strcspn(text, ":");
+        double number;
+        snprintf(part, sizeof part, "%.*s", (int)length, text);
+        percent = length && length < sizeof part && part[length - 1] == '%';
+        if (percent) part[length - 1] = '\0';
+        const bool is_number = cli_parse_real(part, &number) && isfinite(number);
+        if (length >= sizeof part || (i == 0 && !is_number) || (i && percent))
+            return cli_misuse(verb, "--surface %s: expected CHANNEL=VALUE[:COLOUR][:OPACITY]",
+                              word);
+        if (i == 0)
+            iso->value =
+                percent ? iso->shade->least * (1 - number / 100) + iso->shade->most * (number / 100)
+                        : number;
+        else if (is_number && number >= 0 && number <= 1)
+            iso->opacity = number;
+        else if (cli_parse_color(part, iso->rgb))
+            iso->has_color = true;
+        else
+            return cli_misuse(verb, "--surface %s: '%s' is no colour and no opacity", word, part);
+        text += length + (text[length] == ':');
+    }
+    scene->iso_count++;
+    return CLI_DONE;
+}
+
+/* "X,Y,Z,NX,NY,NZ", or "x", "y=3", "z=20%" */
+static bool parse_plane(const cli_scene *scene, const char *text, double plane[6])
+{
+    if (cli_parse_reals(text, plane, 6)) return plane[3] != 0 || plane[4] != 0 || plane[5] != 0;
+    const bool down = *text == '-';
+    const int axis = text[down] - 'x';
+    if (axis < 0 || axis > 2 || (text[down + 1] && text[down + 1] != '=')) return false;
+    const double low = scene->bounds[2 * axis], high = scene->bounds[2 * axis + 1];
+    double at = low / 2 + high / 2;
+    if (text[down + 1]) {
+        char number[64];
+        snprintf(number, sizeof number, "%s", text + down + 2);
+        const size_t length = strlen(number);
+        const bool percent = length && number[length - 1] == '%';
+        if (percent) number[length - 1] = '\0';
+        if (!cli_parse_real(number, &at) || !isfinite(at)) return false;
+        if (percent) at = low * (1 - at / 100) + high * (at / 100);
+    }
+    for (int k = 0; k < 6; k++) plane[k] = 0;
+    plane[axis] = at;
+    plane[3 + axis] = down ? -1 : 1;
+    return true;
+}
+
+static int take_slices(cli_scene *scene)
+{
+    const cli_value *list = cli_get(scene->session, CLI_SLICE);
+    for (size_t i = 0; i < list->item_count; i++)
+        if (!parse_plane(scene, list->items[i], scene->slices[scene->slice_count++]))
+            return cli_misuse(scene->session->args.verb,
+                              "--slice %s: expected X,Y,Z,NX,NY,NZ, or x, y=V, z=P%%",
+                              list->items[i]);
+    return CLI_DONE;
+}
+
+/* CHANNEL[=N] */
+static int take_points(cli_scene *scene, const char *word)
+{
+    char name[CLI_NAME_BYTES];
+    const char *text;
+    double number = POINTS_WANTED;
+    const bool logarithmic = cli_get(scene->session, CLI_LOG)->given;
+    if (tl_mesh_channel_by_name(scene->mesh, word) ||
+        !cli_split_named(word, name, sizeof name, &text))
+        snprintf(name, sizeof name, "%s", word);
+    else if (!cli_parse_real(text, &number) || !(number >= 1 && number <= 1e8))
+        return cli_misuse(scene->session->args.verb, "--points %s: expected CHANNEL=NUMBER", word);
+    scene->points_wanted = (size_t)number;
+    return get_shade(scene, name, NULL, logarithmic, &scene->points_shade);
+}
+
+/* ---- a first look ---- */
+
+/* How much a channel promises to show: 0 nothing (one value, numbers of elements, places). */
+static int interest(const tl_mesh *mesh, const tl_channel *channel)
+{
+    static const char *const PLAIN[] = {"id",         "ids",         "material", "region",
+                                        "coordinate", "coordinates", "block",    "rank"};
+    double range[2];
+    size_t nonfinite;
+    char name[64] = "";
+    const bool on_verts = channel->on == TL_ON_VERTEX;
+    const size_t count = on_verts ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);
+    tl_channel_range(channel, count, range, &nonfinite);
+    for (size_t i = 0; channel->name[i] && i + 1 < sizeof name; i++)
+        name[i] = (char)(channel->name[i] >= 'A' && channel->name[i] <= 'Z' ? channel->name[i] + 32
+                                                                            : channel->name[i]);
+    for (size_t i = 0; i < sizeof PLAIN / sizeof *PLAIN; i++) {
+        const size_t tail = strlen(name) < strlen(PLAIN[i]) ? 0 : strlen(name) - strlen(PLAIN[i]);
+        if (strcmp(name, PLAIN[i]) == 0 || (i < 2 && tail && strcmp(name + tail, PLAIN[i]) == 0) ||
+            (i == 2 && strncmp(name, "material", 8) == 0))
+            return 1;
+    }
+    if (!(range[0] < range[1])) return 0;
+    return 2 + 2 * on_verts + (channel->components == 1);
+}
+
+static const tl_channel *most_interesting(const tl_mesh *mesh)
+{
+    const tl_channel *found = NULL;
+    int most = -1;
+    for (size_t c = 0; c < tl_mesh_channel_count(mesh); c++) {
+        const int now = interest(mesh, tl_mesh_channel(mesh, c));
+        if (now <= most) continue;
+        most = now;
+        found = tl_mesh_channel(mesh, c);
+    }
+    return found;
+}
+
+/* Whether the mesh is a part rather than a room. */
+static tl_status is_solid(tl_ctx *ctx, const cli_scene *scene, bool *solid)
+{
+    tl_mesh_stats stats;
+    double box = 1;
+    const double pi = acos(-1);
+    tl_status st = tl_mesh_measure(ctx, scene->mesh, &stats);
+    if (st) return st;
+    for (int k = 0; k < 3; k++) box *= stats.bounds[2 * k + 1] - stats.bounds[2 * k];
+    const double ball = cbrt(pi) * pow(6 * fabs(stats.volume), 2.0 / 3);
+    *solid = fabs(stats.volume) < FILL_LEAST * box || ball < ROUND_LEAST * stats.boundary_area;
+    return TL_OK;
+}
+
+/* The channel that varies most promisingly: inside of a room as a volume, of a part on its
+ * boundary; a mesh without channels as it is. */
+static int first_look(cli_scene *scene)
+{
+    cli_shade *shade = NULL;
+    const tl_channel *channel = most_interesting(scene->mesh);
+    const bool logarithmic = cli_get(scene->session, CLI_LOG)->given;
+    bool solid = true;
+    int failed = CLI_DONE;
+    if (channel) failed = get_shade(scene, channel->name, NULL, logarithmic, &shade);
+    tl_status st = failed || !channel ? TL_OK : is_solid(scene->session->ctx, scene, &solid);
+    if (st) return cli_fail(scene->session, scene->session->ctx, st);
+    scene->boundary = solid;
+    *(solid ? &scene->color_shade : &scene->volume_shade) = shade;
+    return failed;
+}
+
+/* ---- all ---- */
+
+static int take_words(cli_scene *scene)
+{
+    const cli_session *session = scene->session;
+    const cli_value *volume = cli_get(session, CLI_VOLUME), *color = cli_get(session, CLI_COLOR_BY);
+    const cli_value *surfaces = cli_get(session, CLI_SURFACE),
+                    *points = cli_get(session, CLI_POINTS);
+    int failed = CLI_DONE;
+    scene->boundary = cli_get(session, CLI_BOUNDARY)->given;
+    scene->edges = cli_get(session, CLI_EDGES)->given;
+    scene->silhouettes = cli_get(session, CLI_SILHOUETTES)->given;
+    scene->patches = cli_get(session, CLI_COLOR_PATCHES)->given;
+    scene->levels = cli_get(session, CLI_COLOR_LEVELS)->given;
+    if ((scene->patches || scene->levels) && !scene->volume.is_model)
+        return cli_misuse(session->args.verb, "--color-patches, --color-levels: '%s' is no model",
+                          scene->volume.input.path);
+    if (volume->given) failed = get_shade_of_word(scene, volume->text, &scene->volume_shade);
+    if (!failed && color->given)
+        failed = get_shade_of_word(scene, color->text, &scene->color_shade);
+    for (size_t i = 0; !failed && i < surfaces->item_count; i++)
+        failed = take_surface(scene, surfaces->items[i]);
+    if (!failed && points->given) failed = take_points(scene, points->text);
+    if (!failed) failed = take_slices(scene);
+    return failed;
+}
+
+/* Something but lines at edges. */
+static bool shows_something(const cli_scene *scene)
+{
+    return scene->volume_shade || scene->iso_count || scene->slice_count || scene->boundary ||
+           scene->patches || scene->levels || scene->points_shade || scene->lines[0];
+}
+
+int cli_scene_plan(cli_scene *scene)
+{
+    const tl_mesh *mesh;
+    cli_shade *shade = NULL;
+    int failed = cli_volume_look(scene->session, &scene->volume, &mesh);
+    scene->mesh = scene->volume.input.mesh;
+    if (failed) return failed;
+    memcpy(scene->bounds, scene->volume.bounds, sizeof scene->bounds);
+    if (cli_derive_chooses(scene->session)) cli_bounds(scene->mesh, scene->bounds);
+    scene->diagonal = scene->volume.diagonal;
+    failed = take_words(scene);
+    if (failed) return failed;
+    if (!shows_something(scene)) {
+        const bool colors = scene->color_shade != NULL, lines = scene->edges || scene->silhouettes;
+        if (!colors && !lines) return first_look(scene);
+        scene->boundary = colors;
+    }
+    if (scene->slice_count && !scene->color_shade) { /* planes show a channel */
+        const tl_channel *channel = most_interesting(scene->mesh);
+        if (channel)
+            failed = get_shade(scene, channel->name, NULL, cli_get(scene->session, CLI_LOG)->given,
+                               &shade);
+        scene->color_shade = shade;
+    }
+    return failed;
+}
+
+/* ---- the mesh of a view ---- */
+
+/* Which values of a model's channels are visible: bins [channel_count][TL_BINS]. false: all. */
+static bool visible_bins(const cli_scene *scene, float *bins)
+{
+    const cli_volume *volume = &scene->volume;
+    enum { STEPS = 16 };
+    if (scene->color_shade || scene->points_shade || scene->slice_count || scene->lines[0])
+        return false;
+    for (size_t i = 0; i <= scene->iso_count; i++) {
+        const cli_shade *shade = i ? scene->isos[i - 1].shade : scene->volume_shade;
+        if (!shade) continue;
+        const uint32_t c = cli_volume_channel(volume, shade->name);
+        if (c == TL_NONE) return false;
+        const double *range = volume->head->channels[c].range;
+        float *own = bins + (size_t)c * TL_BINS;
+        if (i) {
+            own[tl_bin_of(range, scene->isos[i - 1].value)] = 1;
+            continue;
+        }
+        for (size_t b = 0; b < TL_BINS * STEPS; b++) {
+            const double t = ((double)b + 0.5) / (TL_BINS * STEPS);
+            float rgb[3];
+            double extinction;
+            tl_transfer_at(shade->transfer,
+                           cli_shade_shown(shade, range[0] * (1 - t) + range[1] * t), rgb,
+                           &extinction);
+            own[b / STEPS] = fmaxf(own[b / STEPS], (float)-expm1(-extinction * scene->diagonal));
+        }
+    }
+    return true;
+}
+
+/* Names of the channels that are drawn; 0: all are needed, as for an expression. */
+static size_t needed_names(const cli_scene *scene, const char **names)
+{
+    const tl_store_head *head = scene->volume.head;
+    if (scene->lines[0]) return 0;
+    for (size_t i = 0; i < scene->shade_count; i++) {
+        uint32_t c = 0;
+        while (c < head->channel_count &&
+               strcmp(head->channels[c].name, scene->shades[i]->name) != 0)
+            c++;
+        if (c == head->channel_count) return 0;
+        names[i] = scene->shades[i]->name;
+    }
+    return scene->shade_count;
+}
+
+static int take_mesh(cli_scene *scene, const tl_camera *camera)
+{
+    tl_status st = TL_OK;
+    const char *names[CLI_SHADES_MAX];
+    cli_volume_request request = cli_volume_request_defaults();
+    if (!scene->volume.is_model) return CLI_DONE;
+    float *bins =
+        tl_mem_zalloc(scene->session->ctx, (size_t)scene->volume.head->channel_count * TL_BINS,
+                      sizeof *bins, &st);
+    if (st) return cli_fail(scene->session, scene->session->ctx, st);
+    request.camera = camera;
+    request.name_count = needed_names(scene, names);
+    request.names = request.name_count ? names : NULL;
+    if (visible_bins(scene, bins)) request.opacity = bins;
+    int failed = cli_volume_cut(scene->session, &scene->volume, &request);
+    if (!failed) failed = cli_volume_mesh(scene->session, &scene->volume);
+    scene->mesh = scene->volume.input.mesh;
+    tl_mem_free(scene->session->ctx, bins);
+    for (size_t i = 0; !failed && !st && i < scene->shade_count; i++)
+        st = cli_shade_bind(scene->session->ctx, scene->shades[i], scene->mesh);
+    return st ? cli_fail(scene->session, scene->session->ctx, st) : failed;
+}
+
+/* Takes everything out of the renderer. */
+static void clear(cli_scene *scene)
+{
+    tl_ctx *ctx = scene->session->ctx;
+    tl_renderer_destroy(ctx, scene->renderer);
+    scene->renderer = NULL;
+    scene->silhouette_item = 0;
+    tl_edges_destroy(ctx, scene->edge_cache);
+    scene->edge_cache = NULL;
+    for (size_t i = 0; i < scene->kept_count; i++) {
+        tl_polydata_destroy(ctx, scene->kept[i].polydata);
+        tl_volume_destroy(ctx, scene->kept[i].volume);
+        tl_mem_free(ctx, scene->kept[i].block);
+    }
+    scene->kept_count = 0;
+}
+
+/* The back end that was asked for; where there is no GL the processor, which is said. */
+static tl_status open_renderer(cli_scene *scene)
+{
+    tl_ctx *ctx = scene->session->ctx;
+    static const tl_renderer_kind KINDS[] = {TL_RENDERER_AUTO, TL_RENDERER_GL, TL_RENDERER_CPU};
+    const tl_renderer_kind kind = KINDS[cli_get(scene->session, CLI_RENDERER)->choice];
+    tl_status st = tl_renderer_create(ctx, kind, &scene->renderer);
+    if (st != TL_ERR_UNSUPPORTED || kind != TL_RENDERER_GL) return st;
+    fprintf(stderr, "tetralod: warning: %s; the processor draws\n", tl_ctx_message(ctx));
+    tl_ctx_clear(ctx);
+    return tl_renderer_create(ctx, TL_RENDERER_CPU, &scene->renderer);
+}
+
+tl_status cli_scene_keep(cli_scene *scene, cli_kept kept)
+{
+    tl_status st = TL_OK;
+    tl_ctx *ctx = scene->session->ctx;
+    cli_kept *grown =
+        tl_mem_resize(ctx, scene->kept, scene->kept_count + 1, sizeof *scene->kept, &st);
+    if (st) {
+        tl_polydata_destroy(ctx, kept.polydata);
+        tl_volume_destroy(ctx, kept.volume);
+        tl_mem_free(ctx, kept.block);
+        return st;
+    }
+    scene->kept = grown;
+    scene->kept[scene->kept_count++] = kept;
+    return TL_OK;
+}
+
+int cli_scene_build(cli_scene *scene, const tl_camera *camera)
+{
+    clear(scene);
+    int failed = take_mesh(scene, camera);
+    if (failed) return failed;
+    const double start = cli_now();
+    tl_status st = open_renderer(scene);
+    if (!st) st = cli_things_add(scene, camera);
+    scene->extract_seconds += cli_now() - start;
+    return st ? cli_fail(scene->session, scene->session->ctx, st) : CLI_DONE;
+}
+
+tl_status cli_scene_draw(cli_scene *scene, const tl_camera *camera, tl_image **image)
+{
+    tl_ctx *ctx = scene->session->ctx;
+    tl_image *fine = NULL;
+    tl_camera large = *camera;
+    const uint32_t samples = (uint32_t)cli_get(scene->session, CLI_SAMPLES)->count;
+    const double start = cli_now();
+    for (int k = 0; k < 2; k++) large.size_px[k] *= samples;
+    *image = NULL;
+    tl_status st = scene->silhouettes ? cli_things_silhouettes(scene, camera) : TL_OK;
+    if (!st) st = tl_image_create(ctx, large.size_px[0], large.size_px[1], &fine);
+    if (!st) st = tl_renderer_draw(ctx, scene->renderer, &large, fine);
+    if (!st) st = tl_image_reduce(ctx, fine, samples, image);
+    tl_image_destroy(ctx, fine);
+    scene->draw_seconds += cli_now() - start;
+    return st;
+}
+
+void cli_scene_close(cli_scene *scene)
+{
+    clear(scene);
+    tl_mem_free(scene->session->ctx, scene->kept);
+    tl_transfer_destroy(scene->session->ctx, scene->mark_transfer);
+    for (size_t i = 0; i < scene->shade_count; i++)
+        cli_shade_destroy(scene->session, scene->shades[i]);
+    cli_volume_close(scene->session, &scene->volume);
+}
