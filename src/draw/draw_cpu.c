@@ -71,6 +71,9 @@ static tl_status open_layer(picture *p, const tli_item *item)
     tl_status st = TL_OK;
     if (item->kind == TLI_ITEM_SURFACE)
         st = tli_layer_surface(p->ctx, item->polydata, &item->look, &p->frame, layer);
+    else if (item->kind == TLI_ITEM_LINES)
+        st = tli_layer_lines(p->ctx, item->polydata, &item->look, &item->line_opts, &p->frame,
+                             layer);
     else if (item->kind == TLI_ITEM_SLICES)
         st = open_slices(p->ctx, item, &p->frame, layer);
     else
@@ -200,8 +203,8 @@ static tl_status cpu_add(tl_ctx *ctx, void *state, tli_item *item)
 {
     tl_status st = TL_OK;
     (void)state;
-    if (item->kind == TLI_ITEM_LINES || item->kind == TLI_ITEM_POINTS)
-        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "the processor draws no lines and points");
+    if (item->kind == TLI_ITEM_POINTS)
+        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "the processor draws no points");
     if (item->kind == TLI_ITEM_SLICES) item->own = tl_mem_zalloc(ctx, 1, sizeof(slices), &st);
     return st;
 }

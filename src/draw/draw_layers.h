@@ -69,6 +69,8 @@ typedef struct tli_layer {
  * nothing to release. */
 tl_status tli_layer_surface(tl_ctx *ctx, const tl_polydata *triangles, const tl_look *look,
                             const tli_frame *frame, tli_layer *layer);
+tl_status tli_layer_lines(tl_ctx *ctx, const tl_polydata *poly, const tl_look *look,
+                          const tl_line_opts *opts, const tli_frame *frame, tli_layer *layer);
 
 /* ---- the volume ---- */
 
