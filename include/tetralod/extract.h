@@ -51,6 +51,36 @@ TL_API tl_slice_opts tl_slice_opts_defaults(void);
 TL_API tl_status tl_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
                                const tl_slice_opts *opts, tl_polydata **triangles);
 
+/* ---- points on isosurfaces ---- */
+
+typedef struct tl_points_opts {
+    size_t struct_bytes;
+    const double *values; /* [value_count] finite: isosurfaces that points lie on; default none: all
+                             values from low to high, as many isosurfaces as points. borrowed */
+    size_t value_count;   /* at most TL_SLICE_VALUES_MAX */
+    double low, high;     /* without values; default -infinity, infinity */
+    uint64_t count;       /* about so many points, 1 to 4,294,967,294; default 200,000 */
+    double area;          /* above 0: in place of count, the area of isosurface that has one point,
+                             mesh units squared; without values that times the distance of values
+                             between isosurfaces that have one point each such area. default 0 */
+    uint64_t seed;        /* other points; default 0 */
+    const size_t *channels; /* [channel_count] channels of the mesh, on vertices, that are carried
+                               along; default none. borrowed */
+    size_t channel_count;
+} tl_points_opts;
+TL_API tl_points_opts tl_points_opts_defaults(void);
+
+/* Points spread evenly over isosurfaces of a scalar [vert_count], without making triangles, with
+ * their normals, which look to lower values. The points of a tet follow from the places of its
+ * corners, the area and the seed: equal tets of other meshes have the same with the same area. Tets
+ * with a corner that is not finite have none. area_used (may be NULL) receives the area of a point,
+ * of count if that was given. Points come in the order of their tets. opts may be NULL. Gives
+ * *points. TL_ERR_ARG for options out of range, TL_ERR_UNSUPPORTED for more than 2^32 - 2 points.
+ * Sondershaus 2007, 7.2. */
+TL_API tl_status tl_slice_points(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
+                                 const tl_points_opts *opts, double *area_used,
+                                 tl_polydata **points);
+
 /* ---- boundary: what can be seen of a mesh from outside ---- */
 
 typedef struct tl_boundary_opts {
