@@ -71,19 +71,10 @@ static int add_channel(cli_session *session, tl_mesh *mesh, const char *text)
 
 /* ---- thresholds ---- */
 
-/* "V" or "P%" of a range; nothing leaves *value as it is. */
+/* Nothing leaves *value as it is. */
 static bool parse_end(const char *text, size_t length, const double range[2], double *value)
 {
-    char number[64];
-    double parsed;
-    if (!length) return true;
-    bool percent = text[length - 1] == '%';
-    if (length >= sizeof number) return false;
-    memcpy(number, text, length);
-    number[length - percent] = '\0';
-    if (!cli_parse_real(number, &parsed) || isnan(parsed)) return false;
-    *value = percent ? range[0] + parsed / 100 * (range[1] - range[0]) : parsed;
-    return true;
+    return !length || cli_parse_part(text, length, range, value);
 }
 
 static int keep_range(cli_session *session, const tl_mesh *mesh, const char *text, uint8_t *keep)
@@ -196,7 +187,7 @@ static bool parse_axis(const char *text, const double bounds[6], tl_half_space *
     if (axis < 0 || axis > 2 || !*sign || !strchr("<>=", *sign) || (minus && *sign != '='))
         return false;
     double value = NAN, direction = minus || *sign == '>' ? -1 : 1;
-    if (!parse_end(sign + 1, strlen(sign + 1), bounds + 2 * axis, &value)) return false;
+    if (!cli_parse_part(sign + 1, strlen(sign + 1), bounds + 2 * axis, &value)) return false;
     side->normal[axis] = direction;
     side->offset = direction * value;
     return isfinite(value);

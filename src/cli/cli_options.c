@@ -58,19 +58,13 @@ static const cli_option COMMON[] = {
 };
 const cli_group cli_group_common = {"Common", COMMON, sizeof COMMON / sizeof *COMMON};
 
-const cli_verb *const cli_verbs[] = {&cli_verb_sample,
-                                     &cli_verb_info,
-                                     &cli_verb_convert,
-                                     &cli_verb_simplify,
-                                     &cli_verb_build,
-                                     &cli_verb_compare,
-                                     &cli_verb_extract,
-                                     &cli_verb_surface,
-                                     &cli_verb_render,
-                                     &cli_verb_check,
-                                     &cli_verb_formats,
-                                     &cli_verb_bench,
-                                     NULL};
+const cli_verb *const cli_verbs[] = {&cli_verb_sample,  &cli_verb_info,
+                                     &cli_verb_convert, &cli_verb_simplify,
+                                     &cli_verb_build,   &cli_verb_compare,
+                                     &cli_verb_extract, &cli_verb_surface,
+                                     &cli_verb_points,  &cli_verb_render,
+                                     &cli_verb_check,   &cli_verb_formats,
+                                     &cli_verb_bench,   NULL};
 
 /* ---- messages ---- */
 
@@ -165,6 +159,19 @@ bool cli_parse_reals(const char *text, double *values, size_t count)
             return false;
         text += length + !last;
     }
+    return true;
+}
+
+bool cli_parse_part(const char *text, size_t length, const double range[2], double *value)
+{
+    char number[64];
+    double parsed;
+    if (!length || length >= sizeof number) return false;
+    bool percent = text[length - 1] == '%';
+    memcpy(number, text, length);
+    number[length - percent] = '\0';
+    if (!cli_parse_real(number, &parsed) || isnan(parsed)) return false;
+    *value = percent ? range[0] + parsed / 100 * (range[1] - range[0]) : parsed;
     return true;
 }
 

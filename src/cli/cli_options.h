@@ -114,6 +114,10 @@ typedef enum cli_id {
     CLI_AS_STEP,
     CLI_REGION,
     CLI_DETAILS,
+    CLI_COUNT,
+    CLI_VALUES,
+    CLI_SHELLS,
+    CLI_AREA,
     CLI_DERIVE,
     CLI_THRESHOLD,
     CLI_REGIONS,
@@ -210,6 +214,7 @@ extern const cli_verb cli_verb_build;
 extern const cli_verb cli_verb_compare;
 extern const cli_verb cli_verb_extract;
 extern const cli_verb cli_verb_surface;
+extern const cli_verb cli_verb_points;
 extern const cli_verb cli_verb_render;
 extern const cli_verb cli_verb_check;
 extern const cli_verb cli_verb_bench;
@@ -225,6 +230,8 @@ bool cli_parse_amount(const char *text, double *value, bool *percent);
 bool cli_parse_real(const char *text, double *value);
 /* Reads count finite numbers separated by commas; false if text is anything else. */
 bool cli_parse_reals(const char *text, double *values, size_t count);
+/* Reads length bytes of text: "V", or "P%" of a range. False for what is no number, and for NaN. */
+bool cli_parse_part(const char *text, size_t length, const double range[2], double *value);
 /* True if the texts of a list, or the words between their commas, name it. */
 bool cli_list_names(const cli_value *list, const char *name);
 /* Splits "NAME=VALUE" at its last '='; name receives the part before, false if there is none or it

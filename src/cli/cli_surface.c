@@ -117,33 +117,6 @@ static tl_status make_scalar(cli_session *session, request *r)
     return st ? st : tl_mesh_gradient(session->ctx, r->mesh, &scalar, r->gradients);
 }
 
-/* ---- what is carried ---- */
-
-static int set_carried(cli_session *session, request *r)
-{
-    tl_status st = TL_OK;
-    const cli_value *list = cli_get(session, CLI_CHANNELS);
-    size_t count = tl_mesh_channel_count(r->mesh);
-    r->carried = tl_mem_alloc(session->ctx, count, sizeof *r->carried, &st);
-    if (st) return cli_fail(session, session->ctx, st);
-    for (size_t c = 0; c < count; c++) {
-        const tl_channel *channel = tl_mesh_channel(r->mesh, c);
-        if (channel->on != TL_ON_VERTEX) continue;
-        if (!list->given || cli_list_names(list, channel->name)) r->carried[r->carried_count++] = c;
-    }
-    for (size_t i = 0; i < list->item_count; i++) {
-        char name[CLI_NAME_BYTES];
-        for (const char *at = list->items[i]; *at;) {
-            size_t length = strcspn(at, ",");
-            snprintf(name, sizeof name, "%.*s", (int)length, at);
-            if (!cli_vertex_channel(r->mesh, name) && !cli_vertex_channel(r->mesh, list->items[i]))
-                return cli_unknown_channel(session, r->mesh, name);
-            at += length + (at[length] == ',');
-        }
-    }
-    return CLI_DONE;
-}
-
 /* ---- summaries ---- */
 
 typedef struct outcome {
@@ -216,7 +189,7 @@ static int make_surface(cli_session *session, const cli_volume *volume, request 
     outcome o = {0};
     int failed =
         cli_get(session, CLI_PLANE)->given ? set_plane(session, r) : set_values(session, r);
-    if (!failed) failed = set_carried(session, r);
+    if (!failed) failed = cli_carried(session, r->mesh, &r->carried, &r->carried_count);
     if (failed) return failed;
     tl_status st = slice(session, r, &surface, &o);
     double start = cli_now();

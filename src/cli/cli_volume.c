@@ -299,6 +299,31 @@ tl_status cli_volume_scalar(tl_ctx *ctx, const tl_channel *channel, size_t count
     return st;
 }
 
+int cli_carried(cli_session *session, const tl_mesh *mesh, size_t **carried, size_t *count)
+{
+    tl_status st = TL_OK;
+    const cli_value *list = cli_get(session, CLI_CHANNELS);
+    *count = 0;
+    *carried = tl_mem_alloc(session->ctx, tl_mesh_channel_count(mesh), sizeof **carried, &st);
+    if (st) return cli_fail(session, session->ctx, st);
+    for (size_t c = 0; c < tl_mesh_channel_count(mesh); c++) {
+        const tl_channel *channel = tl_mesh_channel(mesh, c);
+        if (channel->on != TL_ON_VERTEX) continue;
+        if (!list->given || cli_list_names(list, channel->name)) (*carried)[(*count)++] = c;
+    }
+    for (size_t i = 0; i < list->item_count; i++) {
+        char name[CLI_NAME_BYTES];
+        for (const char *at = list->items[i]; *at;) {
+            size_t length = strcspn(at, ",");
+            snprintf(name, sizeof name, "%.*s", (int)length, at);
+            if (!cli_vertex_channel(mesh, name) && !cli_vertex_channel(mesh, list->items[i]))
+                return cli_unknown_channel(session, mesh, name);
+            at += length + (at[length] == ',');
+        }
+    }
+    return CLI_DONE;
+}
+
 /* ---- summaries ---- */
 
 static void print_chosen(const cli_volume *volume)

@@ -70,6 +70,10 @@ uint32_t cli_volume_channel(const cli_volume *volume, const char *name);
 tl_status cli_volume_scalar(tl_ctx *ctx, const tl_channel *channel, size_t count, double **lengths,
                             const double **scalar);
 
+/* Channels of a mesh on vertices that --channels names, all without the word. Gives *carried
+ * [*count]. Returns an exit status; the message is out already. */
+int cli_carried(cli_session *session, const tl_mesh *mesh, size_t **carried, size_t *count);
+
 /* The line of a summary that says what was read, and of a model how exact it is. */
 void cli_print_volume(cli_session *session, const cli_volume *volume);
 /* Adds tets, vertices, and of a model patches, bounds_promised, boundary_error, space_error, with a
