@@ -12,6 +12,11 @@ import tempfile
 import time
 import unittest
 
+try:
+    import vtk
+except ImportError:
+    vtk = None
+
 PROGRAM = os.environ["TETRALOD_PROGRAM"]
 SHAPE = ("--segment-tets", "1500", "--patch-tets", "300")
 
@@ -148,6 +153,24 @@ class Builds(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
             self.assertIn(folder, done.stderr)
 
+    def test_folder_of_simplify(self):
+        """--tmp goes before TMPDIR, in parts too."""
+        path, out = os.path.join(self.place, "in.vtu"), os.path.join(self.place, "out.vtu")
+        self.assertEqual(run("sample", "gaussians", "--size", 42, "-o", path).returncode, 0)
+        words = ("simplify", path, "-o", out, "--ratio", "0.5", "--memory", "32M", "--json")
+        bad, none = dict(os.environ, TMPDIR=os.path.join(self.place, "none")), os.path.join(self.place, "gone")
+        done = run(*words, "--tmp", self.place, env=bad)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(json.loads(done.stdout)["in_parts"])
+        self.assertEqual(sorted(os.listdir(self.place)), ["in.vtu", "out.vtu"])
+        for place, more, env in ((none, ("--tmp", none), os.environ), (bad["TMPDIR"], (), bad)):
+            done = run(*words, *more, env=env)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(place, done.stderr)
+        done = run("build", self.input, "-o", self.model, env=bad)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(bad["TMPDIR"], done.stderr)
+
     def test_stages(self):
         done = run("build", self.input, *SHAPE, "--keep", self.work, "--stop-after", "level 1", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -160,6 +183,36 @@ class Builds(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(read(self.model), self.once)
         self.assertEqual(run("build", self.input, "--stop-after", "finest").returncode, 2)
+
+    @unittest.skipUnless(vtk, "python3-vtk9 is not installed")
+    def test_others_open_each_stage(self):
+        """What a stage leaves behind is opened by VTK: all tets, the whole volume, every number there."""
+        volume = json.loads(run("info", self.input, "--json").stdout)["volume"]
+        words, counts = ("--keep", self.work), []
+        for stage, name, number in (("segment", "segments", "segment"), ("finest", "level_0", "patch"),
+                                    ("level 2", "level_2", "segment")):
+            done = run("build", self.input, *SHAPE, *words, "--stop-after", stage)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            words = ("--resume", self.work)
+            reader = vtk.vtkXMLUnstructuredGridReader()
+            reader.SetFileName(os.path.join(self.work, name + ".vtu"))
+            quality = vtk.vtkMeshQuality()
+            quality.SetInputConnection(reader.GetOutputPort())
+            quality.SetTetQualityMeasureToVolume()
+            quality.Update()
+            cells = quality.GetOutput().GetCellData()
+            counts.append(quality.GetOutput().GetNumberOfCells())
+            volumes = [cells.GetArray("Quality").GetValue(i) for i in range(counts[-1])]
+            self.assertGreater(min(volumes), 0)
+            self.assertAlmostEqual(sum(volumes) / volume, 1, delta=0.005)
+            seen = {cells.GetArray(number).GetValue(i) for i in range(counts[-1])}
+            self.assertEqual(len(seen), max(seen) - min(seen) + 1)
+            self.assertGreater(len(seen), 1)
+        done = run("build", self.input, "-o", self.model, *SHAPE, *words)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(read(self.model), self.once)
+        levels = json.loads(run("info", self.model, "--json").stdout)["levels"]
+        self.assertEqual(counts, [levels[0]["tets"], levels[0]["tets"], levels[2]["tets"]])
 
     def test_whole_files_under_a_limit(self):
         """Formats that have no windows: the same segments as without a limit, which reading alone would pass."""

@@ -11,6 +11,10 @@ static const char *const FILES[] = {"state.work",    "segments.work", "meshes.wo
                                     "carried0.work", "carried1.work", "seams0.work",
                                     "seams1.work"};
 enum { FILE_COUNT = sizeof FILES / sizeof *FILES };
+/* What is left for other programs, and not read again. */
+static const char *const VIEWS[] = {"segments.vtu", "level_0.vtu", "level_1.vtu", "level_2.vtu",
+                                    "level_3.vtu"};
+enum { VIEW_COUNT = sizeof VIEWS / sizeof *VIEWS };
 
 /* An input file, a folder and a model of this process. */
 typedef struct place {
@@ -44,9 +48,10 @@ static void write_file(const char *path, const uint8_t *bytes, size_t count)
 
 static void clear_folder(const place *p)
 {
-    for (size_t i = 0; i < FILE_COUNT; i++) {
+    for (size_t i = 0; i < FILE_COUNT + VIEW_COUNT; i++) {
         char path[192];
-        snprintf(path, sizeof path, "%s/%s", p->folder, FILES[i]);
+        snprintf(path, sizeof path, "%s/%s", p->folder,
+                 i < FILE_COUNT ? FILES[i] : VIEWS[i - FILE_COUNT]);
         remove(path);
     }
     rmdir(p->folder);

@@ -61,7 +61,9 @@ typedef struct tl_build_opts {
     const char *resume;    /* folder of such a build, which is gone on with; input and options must
                               be those of before but for memory and folder. borrowed; default NULL */
     const char *until;     /* with keep or resume: the stage it ends after, without a file:
-                              "segment", "finest" or "level N". borrowed; default NULL */
+                              "segment", "finest" or "level N". What it made stays in the folder as
+                              segments.vtu or level_N.vtu (the finest is 0), in pieces whose numbers
+                              are channels on tets. borrowed; default NULL */
     const uint32_t *steer; /* [steer_count] of a series: numbers of the steps whose channels say
                               which tets go; the others' follow. Default NULL: all. borrowed */
     size_t steer_count;

@@ -41,14 +41,18 @@ static const cli_option SHAPE[] = {
      "how far the boundary of the coarsest level may be from the original one, in percent of the "
      "box's diagonal"},
     {CLI_TMP, 0, "tmp", CLI_TYPE_TEXT, "DIR", NULL, 0, 0,
-     "folder for work files, which have no names; that of --keep, else /tmp, if not said"},
+     "folder for work files, which have no names; that of --keep, else TMPDIR, else /tmp, if not "
+     "said"},
     {CLI_KEEP_WORK, 0, "keep", CLI_TYPE_TEXT, "DIR", NULL, 0, 0,
      "keep the work in DIR, stage by stage, so that a build that ends early can be resumed"},
     {CLI_RESUME, 0, "resume", CLI_TYPE_TEXT, "DIR", NULL, 0, 0,
      "go on with the build that was kept in DIR: the same input and options but --threads, "
      "--memory and --tmp. The file has the same bytes as if it had not been interrupted"},
     {CLI_STOP_AFTER, 0, "stop-after", CLI_TYPE_TEXT, "STAGE", NULL, 0, 0,
-     "with --keep or --resume: end after 'segment', 'finest' or 'level N', without a file"},
+     "with --keep or --resume: end after 'segment', 'finest' or 'level N', without a model; what "
+     "the "
+     "stage made is left in DIR as segments.vtu or level_N.vtu, with the numbers of segments and "
+     "patches on cells"},
 };
 static const cli_option SERIES[] = {
     {CLI_STEPS, 0, "steps", CLI_TYPE_TEXT, "all|last|LIST", NULL, 0, 0,
@@ -172,9 +176,10 @@ static int fill_request(const cli_session *session, request *r)
     r->opts.partition = (tl_partition)cli_get(session, CLI_PARTITION)->choice;
     r->opts.reduction = cli_get(session, CLI_REDUCTION)->real;
     r->opts.memory_bytes = cli_get(session, CLI_MEMORY)->count;
-    r->opts.folder = cli_get(session, CLI_TMP)->text;
     r->opts.keep = cli_get(session, CLI_KEEP_WORK)->text;
     r->opts.resume = cli_get(session, CLI_RESUME)->text;
+    if (cli_get(session, CLI_TMP)->given || (!r->opts.keep && !r->opts.resume))
+        r->opts.folder = cli_work_folder(session);
     r->opts.until = cli_get(session, CLI_STOP_AFTER)->text;
     return failed;
 }

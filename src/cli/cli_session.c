@@ -76,6 +76,13 @@ tl_status cli_context_create(cli_session *session, unsigned thread_count, tl_ctx
     return tl_ctx_create(&opts, ctx);
 }
 
+const char *cli_work_folder(const cli_session *session)
+{
+    const char *folder = getenv("TMPDIR");
+    if (cli_get(session, CLI_TMP)->given) return cli_get(session, CLI_TMP)->text;
+    return folder && *folder ? folder : NULL;
+}
+
 int cli_fail(cli_session *session, tl_ctx *ctx, tl_status status)
 {
     const char *line = ctx ? tl_ctx_message(ctx) : "";

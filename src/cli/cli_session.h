@@ -80,6 +80,8 @@ int cli_save(cli_session *session, tl_ctx *ctx, const tl_mesh *mesh, const char 
              uint64_t *bytes, double *seconds);
 /* Size of a file; 0 if there is none. */
 uint64_t cli_file_bytes(const char *path);
+/* The folder for work files: that of --tmp, else of TMPDIR; NULL: the library's default. */
+const char *cli_work_folder(const cli_session *session);
 
 /* Channels on vertices. */
 size_t cli_vertex_channel_count(const tl_mesh *mesh);

@@ -19,6 +19,9 @@ static const cli_option TARGET[] = {
     {CLI_BOUNDARY_ERROR, 0, "boundary-error", CLI_TYPE_AMOUNT, "D[%]", "0.1%", 0, 0,
      "how far the boundary and the interfaces between regions may move, in percent of the box's "
      "diagonal, or a length"},
+    {CLI_TMP, 0, "tmp", CLI_TYPE_TEXT, "DIR", NULL, 0, 0,
+     "folder for work files of a mesh in parts, which have no names; TMPDIR, else /tmp, if not "
+     "said"},
 };
 static const cli_option STEERING[] = {
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A[:W],B[:W]", NULL, 0, 0,
@@ -392,7 +395,7 @@ const cli_verb cli_verb_simplify = {
         "absolute; seconds is the simplification alone, measure_seconds the measuring after it. "
         "With "
         "--memory, a file of more than a quarter of it is simplified in parts, through temporary "
-        "files in TMPDIR: errors are then not measured, and a bound is kept by leaving the borders "
+        "files (--tmp): errors are then not measured, and a bound is kept by leaving the borders "
         "of "
         "the parts as they are.",
     .groups = {&TARGET_GROUP, &STEERING_GROUP, &cli_group_reading, &cli_group_writing,

@@ -1,5 +1,4 @@
 /* tetralod simplify of a mesh that does not fit into the memory given: in parts. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "cli_session.h"
@@ -71,7 +70,7 @@ static int fill_parts(const cli_session *session, parts_request *r)
     const cli_value *memory = cli_get(session, CLI_MEMORY);
     r->opts = tl_simplify_opts_defaults();
     r->cut = tl_segment_opts_defaults();
-    r->cut.folder = getenv("TMPDIR");
+    r->cut.folder = cli_work_folder(session);
     r->cut.memory_bytes = memory->count;
     int failed = CLI_DONE;
     for (size_t i = 0; i < lists->item_count && !failed; i++)

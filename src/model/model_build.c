@@ -86,6 +86,13 @@ static tl_status begin(tli_model *model, tli_plan *plan, const tl_segments *segm
     return st ? st : tli_work_save(work, TLI_STAGE_FINEST, survey, model);
 }
 
+/* The level that the build was to end after. */
+static tl_status view_last(const tli_model *model)
+{
+    uint32_t level = model->work->stop - TLI_STAGE_FINEST;
+    return tli_view_level(model, level < model->level_count ? level : model->level_count - 1);
+}
+
 /* Ends the segments as soon as the finest level has been made of them. */
 static tl_status build(tl_ctx *ctx, tl_segments **segments, tli_work *work, const char *path,
                        const tl_build_opts *opts, tl_build_result *r)
@@ -109,6 +116,7 @@ static tl_status build(tl_ctx *ctx, tl_segments **segments, tli_work *work, cons
     tl_segments_destroy(*segments);
     *segments = NULL;
     if (!st) st = tli_model_grow(model, &survey, &ended);
+    if (!st && ended) st = view_last(model);
     if (!st) tli_model_saturate(model);
     if (!st && opts->prune && !ended) st = tli_model_prune(model, &plan);
     if (!st) st = set_levels(model, r);
@@ -215,6 +223,8 @@ static tl_status build_any(tl_ctx *ctx, const tli_source *from, const char *path
     r.tets_in = need.tets;
     if (!st && !tli_work_ends(&work, TLI_STAGE_SEGMENT))
         st = build(ctx, &segments, &work, path, &opts, &r);
+    else if (!st)
+        st = tli_view_segments(&work, segments);
     tl_segments_destroy(segments);
     tli_work_close(&work);
     if (st == TL_ERR_BUDGET) st = note_memory(ctx, st, from, &opts, need);

@@ -3,6 +3,7 @@
  *   segments.work            the input in segments
  *   meshes.work, carried0.work, carried1.work, seams0.work, seams1.work    the depots of the model
  *   state.work               what the build was asked, how far it got, the lists of the model
+ *   segments.vtu, level_N.vtu    the stage it was to end after, for other programs
  *
  * state.work is replaced after each stage, once all it speaks of is on the disk; what a later stage
  * left behind in the others is not looked at. Numbers are as the processor has them. */
@@ -54,6 +55,11 @@ tl_status tli_work_save(tli_work *work, uint32_t stage, const tli_survey *survey
 /* What was noted, in this order. The model is as it was created. */
 tl_status tli_work_load_survey(tli_work *work, size_t channel_count, tli_survey *survey);
 tl_status tli_work_load_model(tli_work *work, tli_plan *plan, tli_model *model);
+
+/* ---- model_view.c: what a stage made, for other programs ---- */
+/* Writes segments.vtu, level_N.vtu into the folder. */
+tl_status tli_view_segments(const tli_work *work, const tl_segments *segments);
+tl_status tli_view_level(const tli_model *model, uint32_t level);
 
 static inline bool tli_work_ends(const tli_work *work, uint32_t stage)
 {
