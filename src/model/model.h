@@ -266,7 +266,8 @@ typedef struct tli_carrier {
     const tl_lidx *opposite;
     tl_locator *locator; /* made when it is needed */
     tli_errors *errors;
-    double (*frames)[12]; /* [tet_count] what weights are computed from; or NULL */
+    double (*frames)[12];           /* [tet_count] what weights are computed from; or NULL */
+    struct tli_space_block *blocks; /* of model_space.c; or NULL */
 } tli_carrier;
 /* Makes the frames; tli_carrier_close. */
 tl_status tli_carrier_open(tl_ctx *ctx, const tli_plan *plan, tl_mesh *mesh,

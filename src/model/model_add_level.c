@@ -6,6 +6,7 @@
 
 #include "base/base_sort.h"
 #include "model/model_add.h"
+#include "model/model_space.h"
 
 enum { BINS = 64, BOX_VERTICES = 1 << 16, SPREAD_MAX = 64 };
 
@@ -412,6 +413,7 @@ static tl_status deal(job *j)
     j->notes = tl_mem_zalloc(j->ctx, outputs, sizeof *j->notes, &st);
     for (uint32_t o = 0; !st && o < outputs; o++)
         j->notes[o].squares = tl_mem_zalloc(j->ctx, j->plan->field_count, sizeof(double), &st);
+    if (!st) st = tli_space_open(&j->carrier);
     if (!st)
         st = tli_dealer_open(j->ctx, m, m->carried[(j->segment->level + 1) & 1], j->notes, outputs,
                              TLI_POINTS, &j->dealer);

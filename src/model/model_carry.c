@@ -27,6 +27,7 @@ void tli_carrier_close(tli_carrier *c)
 {
     if (!c->ctx) return;
     tl_locator_destroy(c->locator);
+    tl_mem_free(c->ctx, c->blocks);
     tl_mem_free(c->ctx, c->frames);
     *c = (tli_carrier){0};
 }
@@ -195,10 +196,9 @@ static void measure_space(tli_carrier *c, size_t field, const double *x, double 
                           double error, tl_lidx tet, double offset)
 {
     const tli_field *f = &c->plan->fields[field];
-    const tl_channel *ch = &c->mesh->channels[field];
     float *bin = &c->errors->space[field * TLI_BINS + tli_field_bin(f, before)];
     if (*bin == INFINITY || (error == 0 && offset <= (double)*bin)) return;
-    float up = round_up(tli_space_distance(c, ch, x, tet, before, error, offset, (double)*bin));
+    float up = round_up(tli_space_distance(c, field, x, tet, before, error, offset, (double)*bin));
     if (up > *bin) *bin = up;
 }
 

@@ -6,6 +6,7 @@
 
 #include "model/model.h"
 #include "model/model_boundary.h"
+#include "model/model_space.h"
 
 /* Part of its tets that every segment keeps, whatever the costs say: a patch needs a face. */
 static const double LEAST_LEFT = 0.1;
@@ -317,7 +318,8 @@ static tl_status deal(job *j)
                            .after = deal_window,
                            .user = j,
                            .sum_count = j->product->patch_count * j->plan->field_count};
-    st = open_errors(j);
+    st = tli_space_open(&j->carrier);
+    if (!st) st = open_errors(j);
     for (j->kind = 0; !st && j->kind <= TLI_CELLS; j->kind++) {
         st = tli_tape_rewind(&j->tets[j->kind]);
         if (st) break;

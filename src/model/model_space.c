@@ -5,9 +5,13 @@
 #include "measure/measure.h"
 
 enum {
-    RING_TETS = 256, /* tets around a point that are searched for a value before all are */
+    RING_TETS = 64, /* tets around a point that are searched for a value before all are */
+    BLOCK_TETS = 32,
     CLIMB_STEPS = 32
 };
+
+/* Norms on both sides of a value are compared without their roots: relative to it. */
+static const double RANGE_SLACK = 1e-12;
 
 typedef struct seeker {
     const tli_carrier *carrier;
@@ -162,21 +166,90 @@ static void seek_around(seeker *s, tl_lidx tet)
     }
 }
 
-double tli_space_distance(const tli_carrier *c, const tl_channel *channel, const double x[3],
-                          tl_lidx tet, double value, double error, double offset, double enough)
+/* ---- all tets ---- */
+
+static void grow(double range[2], double value)
 {
-    seeker s = {c, channel, x, value, (double)INFINITY, enough * enough};
+    if (value < range[0]) range[0] = value;
+    if (value > range[1]) range[1] = value;
+}
+
+static void add_tet(const tli_carrier *c, const tl_channel *ch, tl_lidx tet, tli_space_block *b)
+{
+    const tl_lidx *q = c->mesh->tets + 4 * (size_t)tet;
+    if (ch->on == TL_ON_TET) grow(b->range, tli_channel_norm(ch, tet));
+    for (int i = 0; i < 4; i++) {
+        tl_lidx o = c->opposite[4 * (size_t)tet + (size_t)i];
+        if (ch->on == TL_ON_VERTEX)
+            grow(b->range, tli_channel_norm(ch, q[i]));
+        else if (o != TL_NONE)
+            grow(b->range, tli_channel_norm(ch, o / 4));
+        for (int k = 0; k < 3; k++) grow(b->box[k], c->mesh->xyz[3 * (size_t)q[i] + (size_t)k]);
+    }
+}
+
+static void fill_block(const tli_carrier *c, const tl_channel *ch, size_t number,
+                       tli_space_block *block)
+{
+    const size_t first = number * BLOCK_TETS, left = c->mesh->tet_count - first;
+    for (int k = 0; k < 4; k++) {
+        double *range = k < 3 ? block->box[k] : block->range;
+        range[0] = (double)INFINITY;
+        range[1] = (double)-INFINITY;
+    }
+    for (size_t t = 0; t < BLOCK_TETS && t < left; t++) add_tet(c, ch, (tl_lidx)(first + t), block);
+}
+
+tl_status tli_space_open(tli_carrier *c)
+{
+    tl_status st = TL_OK;
+    const size_t count = (c->mesh->tet_count + BLOCK_TETS - 1) / BLOCK_TETS;
+    const size_t fields = c->plan->field_count;
+    c->blocks = tl_mem_alloc(c->ctx, count * fields, sizeof *c->blocks, &st);
+    for (size_t i = 0; !st && i < fields; i++)
+        for (size_t b = 0; b < count; b++)
+            fill_block(c, &c->mesh->channels[i], b, &c->blocks[i * count + b]);
+    return st;
+}
+
+/* Whether a block can have the value nearer than what is known. */
+static bool promises(const seeker *s, const tli_space_block *b)
+{
+    double d2 = 0, slack = RANGE_SLACK * fabs(s->value);
+    if (s->value < b->range[0] - slack || s->value > b->range[1] + slack) return false;
+    for (int k = 0; k < 3; k++) {
+        double d = fmax(fmax(b->box[k][0] - s->x[k], s->x[k] - b->box[k][1]), 0);
+        d2 += d * d;
+    }
+    return d2 < s->best2;
+}
+
+static void seek_everywhere(seeker *s, size_t channel)
+{
+    const size_t count = s->carrier->mesh->tet_count;
+    const tli_space_block *blocks = s->carrier->blocks;
+    if (blocks) blocks += channel * ((count + BLOCK_TETS - 1) / BLOCK_TETS);
+    for (size_t t = 0; t < count && !(s->best2 <= s->enough2); t++) {
+        if (blocks && t % BLOCK_TETS == 0 && !promises(s, &blocks[t / BLOCK_TETS]))
+            t += BLOCK_TETS - 1;
+        else
+            seek_in_tet(s, (tl_lidx)t);
+    }
+}
+
+double tli_space_distance(const tli_carrier *c, size_t channel, const double x[3], tl_lidx tet,
+                          double value, double error, double offset, double enough)
+{
+    const tl_channel *ch = &c->mesh->channels[channel];
+    seeker s = {c, ch, x, value, (double)INFINITY, enough * enough};
     if (error == 0) return offset;
-    if (offset == 0 && channel->on == TL_ON_VERTEX && seek_along(&s, tet, error))
-        return sqrt(s.best2);
-    if (channel->on == TL_ON_TET) climb(&s, tet);
+    if (offset == 0 && ch->on == TL_ON_VERTEX && seek_along(&s, tet, error)) return sqrt(s.best2);
+    if (ch->on == TL_ON_TET) climb(&s, tet);
     if (s.best2 <= s.enough2) return sqrt(s.best2);
     double climbed2 = s.best2;
     s.best2 = (double)INFINITY;
     seek_around(&s, tet);
     take(&s, climbed2);
-    if (isfinite(s.best2)) return sqrt(s.best2);
-    for (size_t t = 0; t < c->mesh->tet_count && !(s.best2 <= s.enough2); t++)
-        seek_in_tet(&s, (tl_lidx)t);
+    if (!isfinite(s.best2)) seek_everywhere(&s, channel);
     return sqrt(s.best2);
 }

@@ -49,6 +49,14 @@ static inline double tli_channel_norm(const tl_channel *ch, tl_lidx element)
     return sqrt(sum);
 }
 
+/* Tets that follow each other: which values (norms) they have, and where they lie. */
+typedef struct tli_space_block {
+    double range[2], box[3][2];
+} tli_space_block;
+/* Makes the blocks of a carrier's mesh, whose values are final; without them, what is not found
+ * nearby takes a look at all tets. tli_carrier_close frees them. */
+tl_status tli_space_open(tli_carrier *carrier);
+
 /* The mesh has the value of a channel, or that norm, at most this far from x; INFINITY where it has
  * not. On vertices values (norms) are joined linearly inside of tets, as `surface` slices them; on
  * tets each has its own, and a face between two has all those between theirs: a threshold at one of
@@ -56,7 +64,7 @@ static inline double tli_channel_norm(const tl_channel *ch, tl_lidx element)
  * tet    that holds x or is nearest to it, offset from it
  * error  value minus that of the mesh at (nearest to) x
  * enough a distance that need not be undercut */
-double tli_space_distance(const tli_carrier *carrier, const tl_channel *channel, const double x[3],
+double tli_space_distance(const tli_carrier *carrier, size_t channel, const double x[3],
                           tl_lidx tet, double value, double error, double offset, double enough);
 
 #endif
