@@ -660,12 +660,14 @@ static void reach_of_large_triangles(void **state)
 }
 
 typedef struct dealt {
+    const uint32_t *labels;
     double area[2], corners_off;
 } dealt;
 
-static tl_status count_piece(void *user, const double c[9], uint32_t label)
+static tl_status count_piece(void *user, const double c[9], tl_lidx to)
 {
     dealt *d = user;
+    uint32_t label = d->labels[to];
     double e[3], f[3], n[3];
     for (int k = 0; k < 3; k++) {
         e[k] = c[3 + k] - c[k];
@@ -702,7 +704,7 @@ static void dealt_at_borders(void **state)
         }
     }
     tli_reach reach;
-    dealt d = {{0, 0}, 0};
+    dealt d = {labels, {0, 0}, 0};
     CHECK_OK(ctx, tli_reach_create(ctx, &from, &to, none, 0, &reach));
     tli_reach_bound(&reach);
     CHECK_NEAR(reach.bound, 0.001, 2e-4);
@@ -745,7 +747,7 @@ typedef struct dealt_by_label {
     double farthest; /* of a piece from the triangles of its label */
 } dealt_by_label;
 
-static tl_status sample_piece(void *user, const double c[9], uint32_t label)
+static tl_status sample_piece(void *user, const double c[9], tl_lidx to)
 {
     dealt_by_label *d = user;
     const int n = 20;
@@ -755,7 +757,7 @@ static tl_status sample_piece(void *user, const double c[9], uint32_t label)
             for (int k = 0; k < 3; k++)
                 x[k] = c[k] + i * (c[3 + k] - c[k]) / n + j * (c[6 + k] - c[k]) / n;
             for (size_t t = 0; t < d->to->triangle_count; t++)
-                if (d->labels[t] == label)
+                if (d->labels[t] == d->labels[to])
                     nearest = fmin(nearest, tli_surface_distance2(d->to, (tl_lidx)t, x));
             d->farthest = fmax(d->farthest, sqrt(nearest));
         }

@@ -175,10 +175,11 @@ typedef struct tli_deal_query {
     double least;           /* pieces up to this size are not cut, mesh units */
     uint64_t splits_left;   /* cuts of all triangles together */
 } tli_deal_query;
-/* Called with the corners of a piece of a triangle. */
-typedef tl_status (*tli_piece_fn)(void *user, const double corners[9], uint32_t label);
-/* Cuts a triangle of query->from where labels meet. What is not cut gets the label of the triangle
- * that is nearest to its centre. */
+/* Called with the corners of a piece of a triangle and the triangle of the other surface that it
+ * goes to. */
+typedef tl_status (*tli_piece_fn)(void *user, const double corners[9], tl_lidx to);
+/* Cuts a triangle of query->from where labels meet. A piece goes to the triangle that is nearest to
+ * its centre or, over several labels, that all of it is nearest to. */
 tl_status tli_surface_deal(const tli_bound_query *query, tli_deal_query *deal, size_t triangle,
                            tli_piece_fn fn, void *user);
 

@@ -51,8 +51,10 @@ static int longest_side(const piece *p)
 static double bound_by(const tli_bound_query *query, const piece *p, tl_lidx triangle)
 {
     double largest = 0;
-    for (int i = 0; i < 3; i++)
-        largest = fmax(largest, tli_surface_distance2(query->to, triangle, p->corners[i].x));
+    for (int i = 0; i < 3; i++) {
+        double distance2 = tli_surface_distance2(query->to, triangle, p->corners[i].x);
+        if (distance2 > largest) largest = distance2;
+    }
     return tli_surface_distance(largest, query->rounding);
 }
 
@@ -62,8 +64,11 @@ static double piece_bound(const tli_bound_query *query, const piece *p, double *
                           tl_lidx *centre)
 {
     double largest = 0, x[3];
+    const piece_corner *c = p->corners;
     *centre = TL_NONE;
-    for (int i = 0; i < 3; i++) largest = fmax(largest, p->corners[i].distance);
+    for (int i = 0; i < 3; i++) largest = fmax(largest, c[i].distance);
+    *found = fmax(*found, largest);
+    if (c[0].nearest == c[1].nearest && c[0].nearest == c[2].nearest) return largest;
     double bound = largest + CORNER_REACH * side_length(p, longest_side(p));
     for (int i = 0; bound > *found && i < 3; i++) {
         tl_lidx nearest = p->corners[i].nearest;
@@ -294,37 +299,37 @@ static bool find_border(const tli_deal_query *deal, const piece *p, double heigh
     return false;
 }
 
-/* The label that a piece gets, or that it has to be cut first: *count parts. Around a corner of the
- * surface where labels meet a piece can pass from one to another beside all borders: it is cut
- * there, unless all of it is as near to a triangle as its corners are to the surface. */
-static uint32_t label_of(const tli_bound_query *query, const tli_deal_query *deal, const piece *p,
-                         piece parts[CUT_PIECES_MAX], int *count)
+/* The triangle that a piece goes to, or that it has to be cut first: *count parts. Around a corner
+ * of the surface where labels meet a piece can pass from one to another beside all borders: it is
+ * cut there, unless all of it is as near to a triangle as its corners are to the surface. */
+static tl_lidx triangle_of(const tli_bound_query *query, const tli_deal_query *deal, const piece *p,
+                           piece parts[CUT_PIECES_MAX], int *count)
 {
     double centre[3], heights[3], own = 0, least = (double)INFINITY;
     const piece_corner *c = p->corners;
     tl_lidx near[4] = {c[0].nearest, c[0].nearest, c[1].nearest, c[2].nearest};
-    uint32_t label = deal->labels[near[0]];
+    tl_lidx best = near[0];
     bool one = true;
     *count = 0;
-    if (near[1] == near[2] && near[1] == near[3]) return label;
+    if (near[1] == near[2] && near[1] == near[3]) return best;
     for (int k = 0; k < 3; k++) centre[k] = (c[0].x[k] + c[1].x[k] + c[2].x[k]) / 3;
     tli_surface_nearest(query->to, centre, near[0], &near[0]);
     bool can_cut = side_length(p, longest_side(p)) > deal->least;
     if (can_cut && find_border(deal, p, heights)) {
         *count = cut_at_plane(query, p, heights, near[0], parts);
-        return label;
+        return near[0];
     }
-    for (int n = 0; n < 4; n++) one = one && deal->labels[near[n]] == label;
-    if (one) return label;
+    for (int n = 1; n < 4; n++) one = one && deal->labels[near[n]] == deal->labels[near[0]];
+    if (one) return near[0];
     for (int n = 0; n < 4; n++) {
         double bound = bound_by(query, p, near[n]);
         if (n > 0) own = fmax(own, c[n - 1].distance);
         if (!(bound < least)) continue;
         least = bound;
-        label = deal->labels[near[n]];
+        best = near[n];
     }
     if (can_cut && least > own + deal->least) *count = cut(query, p, near[0], parts);
-    return label;
+    return best;
 }
 
 tl_status tli_surface_deal(const tli_bound_query *query, tli_deal_query *deal, size_t triangle,
@@ -338,13 +343,13 @@ tl_status tli_surface_deal(const tli_bound_query *query, tli_deal_query *deal, s
     while (!st && depth > 0) {
         piece p = stack[--depth], parts[CUT_PIECES_MAX];
         int count;
-        uint32_t label = label_of(query, deal, &p, parts, &count);
+        tl_lidx nearest = triangle_of(query, deal, &p, parts, &count);
         if (count == 0 || splits == DEAL_SPLITS_MAX || deal->splits_left == 0 ||
             depth + CUT_PIECES_MAX > STACK_MAX) {
             double corners[9];
             for (int i = 0; i < 3; i++)
                 memcpy(corners + 3 * i, p.corners[i].x, sizeof p.corners[i].x);
-            st = fn(user, corners, label);
+            st = fn(user, corners, nearest);
             continue;
         }
         splits++;

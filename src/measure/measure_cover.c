@@ -90,8 +90,8 @@ static bool take_off(cover *c, int n, tl_lidx triangle, const prism *p)
         double heights[CORNERS_MAX], high = (double)-INFINITY, low = (double)INFINITY;
         for (int i = 0; i < inside.count; i++) {
             heights[i] = vec_dot(p->outward[side], inside.x[i]) - p->offset[side];
-            high = fmax(high, heights[i]);
-            low = fmin(low, heights[i]);
+            if (heights[i] > high) high = heights[i];
+            if (heights[i] < low) low = heights[i];
         }
         if (low >= 0) return true;
         if (high <= 0) continue;
@@ -101,8 +101,10 @@ static bool take_off(cover *c, int n, tl_lidx triangle, const prism *p)
         copy_polygon(&next, &inside);
     }
     double farthest = 0;
-    for (int i = 0; i < inside.count; i++)
-        farthest = fmax(farthest, tli_surface_distance2(c->to, triangle, inside.x[i]));
+    for (int i = 0; i < inside.count; i++) {
+        double distance2 = tli_surface_distance2(c->to, triangle, inside.x[i]);
+        if (distance2 > farthest) farthest = distance2;
+    }
     farthest = sqrt(farthest);
     if (farthest > c->most) return true;
     if (c->count - 1 + outside_count > PIECES_MAX) return false;
@@ -121,6 +123,29 @@ static bool take_triangle(cover *c, tl_lidx triangle)
     return true;
 }
 
+/* Those in the middle first: they take off most, and what lies beside cuts off splinters. */
+static void sort_list(const tli_surface *to, const double corners[9], tl_lidx *list, size_t count)
+{
+    double keys[TRIANGLES_MAX];
+    for (size_t i = 0; i < count; i++) {
+        double key = 0;
+        tl_lidx t = list[i];
+        for (int k = 0; k < 3; k++) {
+            double d = tli_surface_corner(to, t, 0)[k] + tli_surface_corner(to, t, 1)[k] +
+                       tli_surface_corner(to, t, 2)[k] - corners[k] - corners[3 + k] -
+                       corners[6 + k];
+            key += d * d;
+        }
+        size_t at = i;
+        for (; at > 0 && keys[at - 1] > key; at--) {
+            keys[at] = keys[at - 1];
+            list[at] = list[at - 1];
+        }
+        keys[at] = key;
+        list[at] = t;
+    }
+}
+
 double tli_surface_cover(const tli_surface *to, const uint8_t *taken, const double corners[9],
                          double most)
 {
@@ -134,6 +159,7 @@ double tli_surface_cover(const tli_surface *to, const uint8_t *taken, const doub
     memcpy(c.left[0].x, corners, 9 * sizeof *corners);
     size_t count = tli_surface_around(to, taken, corners, most, list, TRIANGLES_MAX);
     if (count > TRIANGLES_MAX) return (double)INFINITY;
+    sort_list(to, corners, list, count);
     for (size_t i = 0; i < count && c.count > 0; i++)
         if (!take_triangle(&c, list[i])) return (double)INFINITY;
     return c.count > 0 ? (double)INFINITY : c.reached;

@@ -48,9 +48,13 @@ tl_status tli_reach_create(tl_ctx *ctx, const tli_surface *from, const tli_surfa
     return TL_OK;
 }
 
-/* What costs least first: the triangle as it is, then its cover, then branch and bound. */
+/* What costs least first: a triangle over a single one, the triangle as it is, then its cover, then
+ * branch and bound. */
 static double bound_triangle(tli_reach *r, size_t triangle)
 {
+    const tl_lidx *v = r->query.from->triangles + 3 * triangle;
+    if (r->nearest[v[0]] == r->nearest[v[1]] && r->nearest[v[0]] == r->nearest[v[2]])
+        return r->query.found; /* no point is farther than the farthest corner */
     tli_bound_query glance = r->query;
     double bound, corners[9], most = fmax(r->query.found, r->query.tolerance);
     glance.split_max = 0;

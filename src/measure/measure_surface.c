@@ -48,13 +48,14 @@ double tli_triangle_distance2(const double a[3], const double b[3], const double
         if (!sliver) return best;
     }
     /* Outside, the nearest point lies on a side that x sees. */
-    if (sliver || t < 0) best = fmin(best, segment_distance2(v, e0));
-    if (sliver || s < 0) best = fmin(best, segment_distance2(v, e1));
+    double side;
+    if ((sliver || t < 0) && (side = segment_distance2(v, e0)) < best) best = side;
+    if ((sliver || s < 0) && (side = segment_distance2(v, e1)) < best) best = side;
     if (sliver || s + t > det) {
         double e2[3], w[3];
         vec_sub(c, b, e2);
         vec_sub(x, b, w);
-        best = fmin(best, segment_distance2(w, e2));
+        if ((side = segment_distance2(w, e2)) < best) best = side;
     }
     return best;
 }

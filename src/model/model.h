@@ -205,6 +205,7 @@ typedef struct tli_level {
     double surface_before; /* largest error of the boundary at the level before, mesh units */
     double ratio;          /* of tets that are to be left, where no cost rules */
     tli_cells *cells;      /* that cut what is made, or NULL */
+    bool parts_meet; /* parts of one cell, or all if there are no cells, are taken up together */
 } tli_level;
 
 /* The result of a segment, to be noted in the order of segments. */

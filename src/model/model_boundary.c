@@ -24,6 +24,10 @@ static const double WILD = 0.1;
 /* Cuts of a segment beside two for each triangle; triangles for each new one at which none is cut
  * any more. */
 enum { CUTS_MIN = 256, FINE_ENOUGH = 1024 };
+/* Cuts of a new triangle over the boundary before. */
+enum { SETTLE_CUTS = 64 };
+/* Part of the error that inputs may have been off by to tell something of what they become. */
+static const double WELL_WITHIN = 0.6;
 
 /* ---- faces where the segment was cut out ---- */
 
@@ -125,11 +129,10 @@ static bool is_cut_face(const face_table *table, const tli_weld *weld, const tl_
 
 /* ---- the new boundary ---- */
 
-static size_t mark_outer(const tli_weld *weld, const tli_piece_result *piece,
-                         const tl_lidx *opposite, const face_table *table, uint8_t *outer)
+static void mark_outer(const tli_weld *weld, const tli_piece_result *piece, const tl_lidx *opposite,
+                       const face_table *table, uint8_t *outer)
 {
     const tl_mesh *mesh = piece->mesh;
-    size_t count = 0;
     for (size_t t = 0; t < mesh->tet_count; t++) {
         const tl_lidx *q = mesh->tets + 4 * t;
         for (unsigned f = 0; f < 4; f++) {
@@ -138,38 +141,43 @@ static size_t mark_outer(const tli_weld *weld, const tli_piece_result *piece,
             for (int i = 0; i < 3; i++) face[i] = q[tli_tet_faces[f][i]];
             if (is_cut_face(table, weld, piece->origins, face)) continue;
             outer[t] |= (uint8_t)(1u << f);
-            count++;
         }
     }
-    return count;
+}
+
+/* The faces of a mesh that are boundary; gives *tet_of [triangle_count] unless that is NULL. */
+static tl_status make_surface(tl_ctx *ctx, const tl_mesh *mesh, const uint8_t *outer,
+                              tli_surface *surface, tl_lidx **tet_of)
+{
+    tl_status st = TL_OK;
+    size_t count = 0, n = 0;
+    for (size_t t = 0; t < mesh->tet_count; t++)
+        for (unsigned f = 0; f < 4; f++) count += outer[t] >> f & 1;
+    tl_lidx *triangles = tl_mem_alloc(ctx, count, 3 * sizeof *triangles, &st);
+    tl_lidx *tets = tl_mem_alloc(ctx, count, sizeof *tets, &st);
+    for (size_t t = 0; !st && t < mesh->tet_count; t++)
+        for (unsigned f = 0; outer[t] && f < 4; f++) {
+            if (!(outer[t] >> f & 1)) continue;
+            for (size_t i = 0; i < 3; i++)
+                triangles[3 * n + i] = mesh->tets[4 * t + tli_tet_faces[f][i]];
+            tets[n++] = (tl_lidx)t;
+        }
+    if (!st) st = tli_surface_create(ctx, mesh->xyz, mesh->vert_count, triangles, count, surface);
+    if (tet_of) *tet_of = tl_mem_alloc(ctx, count, sizeof **tet_of, &st);
+    for (size_t i = 0; tet_of && !st && i < count; i++) (*tet_of)[i] = tets[surface->origins[i]];
+    tl_mem_free(ctx, tets);
+    tl_mem_free(ctx, triangles);
+    return st;
 }
 
 static tl_status find_after(tli_boundary *b, const tli_weld *weld, const tli_piece_result *piece,
                             const tl_lidx *opposite)
 {
-    tl_status st = TL_OK;
     face_table table = {0};
-    const tl_mesh *mesh = piece->mesh;
-    size_t count = 0, n = 0;
-    st = list_cut_faces(b->ctx, weld, &table);
-    if (!st) count = mark_outer(weld, piece, opposite, &table, b->outer);
+    tl_status st = list_cut_faces(b->ctx, weld, &table);
+    if (!st) mark_outer(weld, piece, opposite, &table, b->outer);
     tl_mem_free(b->ctx, table.slots);
-    tl_lidx *triangles = tl_mem_alloc(b->ctx, count, 3 * sizeof *triangles, &st);
-    tl_lidx *tets = tl_mem_alloc(b->ctx, count, sizeof *tets, &st);
-    b->tet_of = tl_mem_alloc(b->ctx, count, sizeof *b->tet_of, &st);
-    for (size_t t = 0; !st && t < mesh->tet_count; t++)
-        for (unsigned f = 0; b->outer[t] && f < 4; f++) {
-            if (!(b->outer[t] >> f & 1)) continue;
-            for (size_t i = 0; i < 3; i++)
-                triangles[3 * n + i] = mesh->tets[4 * t + tli_tet_faces[f][i]];
-            tets[n++] = (tl_lidx)t;
-        }
-    if (!st)
-        st = tli_surface_create(b->ctx, mesh->xyz, mesh->vert_count, triangles, count, &b->after);
-    for (size_t i = 0; !st && i < count; i++) b->tet_of[i] = tets[b->after.origins[i]];
-    tl_mem_free(b->ctx, tets);
-    tl_mem_free(b->ctx, triangles);
-    return st;
+    return st ? st : make_surface(b->ctx, piece->mesh, b->outer, &b->after, &b->tet_of);
 }
 
 /* ---- sides of the new triangles ---- */
@@ -303,52 +311,138 @@ static tl_status find_before(tli_boundary *b, const tli_level *level,
 
 /* ---- both ---- */
 
-/* Triangles of a surface that another one, of which those taken count, is near to. */
-static void find_near(const tli_surface *from, const tli_surface *to, const uint8_t *taken,
-                      double most, uint8_t *is_near, double *farthest)
+static void corners_of(const tli_surface *surface, size_t triangle, double corners[9])
 {
-    for (size_t t = 0; t < from->triangle_count; t++) {
+    for (int i = 0; i < 3; i++)
+        memcpy(corners + 3 * i, tli_surface_corner(surface, triangle, i), 3 * sizeof *corners);
+}
+
+static double farthest_corner(const tli_reach *reach, size_t triangle)
+{
+    const tl_lidx *v = reach->query.from->triangles + 3 * triangle;
+    const double *d = reach->distances;
+    return fmax(d[v[0]], fmax(d[v[1]], d[v[2]]));
+}
+
+/* Triangles that the surface they are measured to, of which those taken count, is near to. */
+static void find_near(const tli_reach *reach, const uint8_t *taken, double most, uint8_t *is_near,
+                      double *farthest)
+{
+    for (size_t t = 0; t < reach->query.from->triangle_count; t++) {
         double corners[9];
-        for (int i = 0; i < 3; i++)
-            memcpy(corners + 3 * i, tli_surface_corner(from, t, i), 3 * sizeof *corners);
-        double reached = tli_surface_cover(to, taken, corners, most);
+        if (farthest_corner(reach, t) > most) continue;
+        corners_of(reach->query.from, t, corners);
+        double reached = tli_surface_cover(reach->query.to, taken, corners, most);
         is_near[t] = reached <= most;
         if (is_near[t]) *farthest = fmax(*farthest, reached);
     }
 }
 
+/* How far an input's boundary was off, by what was promised. */
+static double promised_before(const tli_model *model, uint32_t patch)
+{
+    uint32_t by = model->patches[patch].producer;
+    return by == TL_NONE ? model->finest_surface : model->segments[by].errors.surface;
+}
+
+/* The boundary as it was before this level, of the inputs that were promised to be well within
+ * error; *rest: error less what they were promised to be within. */
+static tl_status find_old(const tli_boundary *b, const tli_model *model,
+                          const tli_segment_note *segment, const tli_weld *weld, double error,
+                          double *rest, tli_surface *old)
+{
+    tl_status st = TL_OK;
+    double off = 0;
+    size_t count = weld->mesh->tet_count;
+    uint8_t *outer = tl_mem_zalloc(b->ctx, count, 1, &st);
+    for (uint32_t i = 0; !st && i < segment->input_count; i++) {
+        double promised = promised_before(model, segment->inputs[i]);
+        size_t first = weld->tet_base[i];
+        size_t end = i + 1 < segment->input_count ? weld->tet_base[i + 1] : count;
+        if (!(promised < WELL_WITHIN * error)) continue;
+        off = fmax(off, promised);
+        memcpy(outer + first, weld->outer + first, end - first);
+    }
+    if (!st) st = make_surface(b->ctx, weld->mesh, outer, old, NULL);
+    *rest = error - off;
+    tl_mem_free(b->ctx, outer);
+    return st;
+}
+
+/* New triangles that the boundary before was so near to, and that to the original, that they can't
+ * be farther than error are settled [after.triangle_count]: there are far fewer triangles of the
+ * boundary before than original ones, over many of which a new one lies. */
+static tl_status settle(const tli_boundary *b, const tli_level *level,
+                        const tli_segment_note *segment, const tli_weld *weld, double error,
+                        uint8_t *settled)
+{
+    tli_surface old = {0};
+    tli_reach reach = {0};
+    double corners[9], found, bound, rest;
+    tl_status st = find_old(b, level->model, segment, weld, error, &rest, &old);
+    for (size_t t = 0; !st && t < b->after.triangle_count; t++) {
+        if (settled[t]) continue;
+        corners_of(&b->after, t, corners);
+        settled[t] = tli_surface_cover(&old, NULL, corners, rest) <= rest;
+    }
+    if (!st && old.triangle_count > 0) {
+        st = tli_reach_create(b->ctx, &b->after, &old, settled, 0, &reach);
+        reach.query.found = rest;
+        reach.query.tolerance_relative = 0;
+        reach.query.split_max = SETTLE_CUTS;
+        for (size_t t = 0; !st && t < b->after.triangle_count; t++) {
+            if (settled[t] || farthest_corner(&reach, t) > rest) continue;
+            tli_surface_bound(&reach.query, t, &found, &bound);
+            settled[t] = bound <= rest;
+        }
+    }
+    tli_reach_release(&reach);
+    tli_surface_release(&old);
+    return st;
+}
+
 /* New triangles near to the original take its place; of that what is near to these goes. The rest
  * is measured. */
-static tl_status measure(tli_boundary *b, const tli_level *level)
+static tl_status measure(tli_boundary *b, const tli_level *level, const tli_segment_note *segment,
+                         const tli_weld *weld)
 {
     tl_status st = TL_OK;
     tli_reach back = {0};
     double flat = FLAT * level->model->plan->diagonal, largest = level->surface_before;
     double gap = fmax(GAP * largest, flat), farthest = 0;
     double near = fmax(fmin(NEAR * largest, NEAR_TOGETHER * largest - b->spread), flat);
+    size_t count = b->after.triangle_count;
     b->spread_after = b->spread;
     b->least = UNCUT * largest;
-    if (b->before.triangle_count == 0 || b->after.triangle_count == 0) {
-        bool both = b->before.triangle_count == b->after.triangle_count;
+    if (b->before.triangle_count == 0 || count == 0) {
+        bool both = b->before.triangle_count == count;
         b->error = both ? 0 : (double)INFINITY;
         return TL_OK;
     }
-    b->is_near = tl_mem_zalloc(b->ctx, b->after.triangle_count, 1, &st);
+    b->is_near = tl_mem_zalloc(b->ctx, count, 1, &st);
     b->goes = tl_mem_zalloc(b->ctx, b->before.triangle_count, 1, &st);
-    if (st) return st;
-    find_near(&b->after, &b->before, NULL, near, b->is_near, &farthest);
-    find_near(&b->before, &b->after, b->is_near, near, b->goes, &farthest);
-    b->spread_after += farthest;
-    st = tli_reach_create(b->ctx, &b->before, &b->after, b->goes, gap, &b->reach);
-    if (!st) st = tli_reach_create(b->ctx, &b->after, &b->before, b->is_near, gap, &back);
+    uint8_t *settled = tl_mem_zalloc(b->ctx, count, 1, &st);
+    if (!st) st = tli_reach_create(b->ctx, &b->before, &b->after, b->goes, gap, &b->reach);
+    if (!st) st = tli_reach_create(b->ctx, &b->after, &b->before, settled, gap, &back);
     if (!st) {
+        find_near(&back, NULL, near, b->is_near, &farthest);
+        find_near(&b->reach, b->is_near, near, b->goes, &farthest);
+        b->spread_after += farthest;
+        for (uint32_t i = 0; i < segment->input_count; i++)
+            b->reach.query.found =
+                fmax(b->reach.query.found, promised_before(level->model, segment->inputs[i]));
         tli_reach_bound(&b->reach);
         back.query.found = fmax(back.query.found, b->reach.query.found);
+        memcpy(settled, b->is_near, count);
+        st = settle(b, level, segment, weld, back.query.found, settled);
+    }
+    if (!st) {
         tli_reach_bound(&back);
         b->error = fmax(fmax(b->reach.bound, back.bound) + b->spread, b->spread_after);
         b->least = UNCUT * fmax(largest, b->error);
     }
     tli_reach_release(&back);
+    tl_mem_free(b->ctx, settled);
     return st;
 }
 
@@ -371,7 +465,7 @@ tl_status tli_boundary_measure(tl_ctx *ctx, const tli_level *level, const tli_se
         return st;
     }
     st = find_before(b, level, segment);
-    return st ? st : measure(b, level);
+    return st ? st : measure(b, level, segment, weld);
 }
 
 /* ---- dealing ---- */
@@ -395,41 +489,50 @@ static tl_status find_borders(const tli_boundary *b, const uint32_t *labels, uin
     return st;
 }
 
-static tl_status deal_piece(void *user, const double corners[9], uint32_t part)
+typedef struct piece_dealer {
+    const tl_lidx *tet_of;
+    const uint32_t *part; /* of the tets */
+    tli_dealer *to;
+} piece_dealer;
+
+/* A piece goes to the part of a new triangle. */
+static tl_status deal_piece(void *user, const double corners[9], tl_lidx triangle)
 {
+    const piece_dealer *d = user;
     double record[TLI_FACE_DOUBLES] = {0};
     memcpy(record, corners, 9 * sizeof *record);
-    return tli_dealer_add(user, part, record, 0);
+    return tli_dealer_add(d->to, d->part[d->tet_of[triangle]], record, 0);
 }
 
-static tl_status deal_near(const tli_boundary *b, const uint32_t *labels, tli_dealer *dealer)
+static tl_status deal_near(const tli_boundary *b, piece_dealer *dealer)
 {
     tl_status st = TL_OK;
     for (size_t t = 0; !st && t < b->after.triangle_count; t++) {
         double corners[9];
         if (!b->is_near[t]) continue;
-        for (int i = 0; i < 3; i++)
-            memcpy(corners + 3 * i, tli_surface_corner(&b->after, t, i), 3 * sizeof *corners);
-        st = deal_piece(dealer, corners, labels[t]);
+        corners_of(&b->after, t, corners);
+        st = deal_piece(dealer, corners, (tl_lidx)t);
     }
     return st;
 }
 
-tl_status tli_boundary_deal(const tli_boundary *b, const uint32_t *part, tli_dealer *dealer)
+tl_status tli_boundary_deal(const tli_boundary *b, const uint32_t *part, const uint32_t *label,
+                            tli_dealer *to)
 {
     tl_status st = TL_OK;
     size_t count = b->after.triangle_count;
+    piece_dealer dealer = {b->tet_of, part, to};
     if (!count || !b->before.triangle_count) return TL_OK; /* nothing is known, or to be known */
     uint32_t *labels = tl_mem_alloc(b->ctx, count, sizeof *labels, &st);
     uint8_t *borders = tl_mem_zalloc(b->ctx, count, sizeof *borders, &st);
-    for (size_t i = 0; !st && i < count; i++) labels[i] = part[b->tet_of[i]];
+    for (size_t i = 0; !st && i < count; i++) labels[i] = label[part[b->tet_of[i]]];
     if (!st) st = find_borders(b, labels, borders);
-    if (!st) st = deal_near(b, labels, dealer);
+    if (!st) st = deal_near(b, &dealer);
     tli_deal_query deal = {&b->after, labels, borders, b->least,
                            CUTS_MIN + 2 * b->before.triangle_count};
     if (b->before.triangle_count > FINE_ENOUGH * (count + FINE_ENOUGH)) deal.splits_left = 0;
     for (size_t t = 0; !st && t < b->before.triangle_count; t++)
-        if (!b->goes[t]) st = tli_surface_deal(&b->reach.query, &deal, t, deal_piece, dealer);
+        if (!b->goes[t]) st = tli_surface_deal(&b->reach.query, &deal, t, deal_piece, &dealer);
     tl_mem_free(b->ctx, borders);
     tl_mem_free(b->ctx, labels);
     return st;

@@ -26,8 +26,10 @@ tl_status tli_boundary_measure(tl_ctx *ctx, const tli_level *level, const tli_se
                                const tli_weld *weld, const tli_piece_result *piece,
                                const tl_lidx *opposite, tli_boundary *boundary);
 /* Deals what stands for the original boundary from now on, each piece to the part whose boundary is
- * nearest. part [tet_count] of the new mesh. */
-tl_status tli_boundary_deal(const tli_boundary *boundary, const uint32_t *part, tli_dealer *dealer);
+ * nearest, and cuts pieces where parts of different labels meet. part [tet_count] of the new mesh,
+ * label of each part. */
+tl_status tli_boundary_deal(const tli_boundary *boundary, const uint32_t *part,
+                            const uint32_t *label, tli_dealer *dealer);
 void tli_boundary_release(tli_boundary *boundary);
 
 #endif

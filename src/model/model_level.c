@@ -18,6 +18,9 @@ enum { FEW = 4 };
 static const double TOO_MUCH_LEFT = 0.95;
 /* How far the first level's boundary may be off, in diagonals; the next ones twice as far each. */
 static const double BOUNDARY_FIRST = 1e-3;
+/* Part of a segment below which what a level is expected to make becomes one: from 1.5 on it is
+ * two. */
+static const double SURELY_ONE = 1.2;
 
 /* ---- the cost of a level ---- */
 
@@ -192,6 +195,14 @@ static double surface_before(const tli_model *m, uint32_t level)
     return largest;
 }
 
+/* Will all that a level makes be one segment of the next one, surely? */
+static bool one_follows(const tli_level *level, size_t first, size_t end)
+{
+    double tets = 0;
+    for (size_t p = first; p < end; p++) tets += level->model->patches[p].tet_count;
+    return level->ratio * tets < SURELY_ONE * level->model->plan->opts.segment_tets;
+}
+
 /* The segments of a level and what they make, with a bound on the boundary that grows where it
  * keeps the level from being worth having; *more tells whether it is. */
 static tl_status process_all(level_job *j, bool *more)
@@ -241,6 +252,7 @@ static tl_status grow_level(tli_model *m, uint32_t level_number, size_t first, b
     if (!st) st = tli_group(m, level_number, first, end, group_of, &groups, &level.locked);
     tli_seams_release(m->ctx, &m->seams);
     if (!st) st = tli_cells_create(m, level_number, first, end, level.ratio, &level.cells);
+    level.parts_meet = level.cells || one_follows(&level, first, end);
     drop_samplings(m, first, end);
     if (!st) st = list_segments(m, level_number, first, end, group_of, groups, &first_segment);
     job.segments = m->segments + first_segment;

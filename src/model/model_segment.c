@@ -332,17 +332,26 @@ static tl_status deal(job *j)
     return st;
 }
 
-/* What stands for the original boundary goes to the new patches. */
+/* What stands for the original boundary goes to the new patches. Those of one cell come together
+ * again in the next level, so that pieces need no cuts between them. */
 static tl_status deal_boundary(job *j)
 {
     tl_status st = TL_OK;
     tli_model *model = j->level->model;
-    for (size_t p = 0; p < j->product->patch_count; p++)
+    size_t count = j->product->patch_count;
+    uint32_t *label = tl_mem_alloc(j->ctx, count, sizeof *label, &st);
+    for (size_t p = 0; !st && p < count; p++) {
         j->product->patches[p].spread = j->boundary.spread_after;
-    st = tli_dealer_open(j->ctx, model, model->carried[(j->level->level + 1) & 1],
-                         j->product->patches, j->product->patch_count, TLI_FACES, &j->dealer);
-    if (!st) st = tli_boundary_deal(&j->boundary, j->part, &j->dealer);
-    return tli_dealer_close(&j->dealer, st);
+        label[p] = j->level->parts_meet ? j->product->patches[p].cell : (uint32_t)p;
+    }
+    if (!st) {
+        st = tli_dealer_open(j->ctx, model, model->carried[(j->level->level + 1) & 1],
+                             j->product->patches, count, TLI_FACES, &j->dealer);
+        if (!st) st = tli_boundary_deal(&j->boundary, j->part, label, &j->dealer);
+        st = tli_dealer_close(&j->dealer, st);
+    }
+    tl_mem_free(j->ctx, label);
+    return st;
 }
 
 /* How far the boundary is off: what was measured or what the collapses say, whichever is less.
