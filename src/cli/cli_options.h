@@ -67,6 +67,15 @@ typedef enum cli_id {
     CLI_COLOR_BY,
     CLI_LOG,
     CLI_WRITE_TRANSFER,
+    CLI_SEEDS,
+    CLI_ORDER,
+    CLI_STRIDE,
+    CLI_TOLERANCE,
+    CLI_DIRECTION,
+    CLI_LENGTH,
+    CLI_DURATION,
+    CLI_STEPS_MAX,
+    CLI_SLOWEST,
     CLI_PLANE,
     CLI_NO_NORMALS,
     CLI_BYTES,
@@ -215,6 +224,7 @@ extern const cli_verb cli_verb_compare;
 extern const cli_verb cli_verb_extract;
 extern const cli_verb cli_verb_surface;
 extern const cli_verb cli_verb_points;
+extern const cli_verb cli_verb_lines;
 extern const cli_verb cli_verb_render;
 extern const cli_verb cli_verb_check;
 extern const cli_verb cli_verb_bench;

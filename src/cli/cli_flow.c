@@ -1,0 +1,210 @@
+/* Seeds as words, and the lines from them. */
+#include "cli_flow.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Cells along the longest side of a grid, seeds around each critical point, seeds of others, if
+ * nothing is said. */
+enum { GRID_CELLS = 16, CRITICAL_SEEDS = 32, SEEDS = 200, LINE_BYTES = 1024 };
+/* Seeds stand around a critical point at this part of the diagonal of the mesh. */
+static const double CRITICAL_RADIUS = 0.01;
+static const double COUNT_MAX = 16777216;
+
+typedef enum seed_kind { GRID, CRITICAL, BOX, LINE, PLANE, FROM_FILE } seed_kind;
+
+static const struct {
+    const char *name;
+    size_t number_count;
+    size_t count; /* if none is given */
+} KINDS[] = {{"grid", 0, GRID_CELLS},
+             {"critical", 0, CRITICAL_SEEDS},
+             {"box", 6, SEEDS},
+             {"line", 6, SEEDS},
+             {"plane", 6, SEEDS}};
+
+typedef struct seed_words {
+    seed_kind kind;
+    double numbers[6];
+    size_t count;
+} seed_words;
+
+/* False for words that begin as seeds and go on as none. */
+static bool parse(const char *words, seed_words *s)
+{
+    char numbers[LINE_BYTES] = "";
+    size_t length = strcspn(words, ":");
+    s->kind = FROM_FILE;
+    for (int k = GRID; k < FROM_FILE; k++)
+        if (length == strlen(KINDS[k].name) && !strncmp(words, KINDS[k].name, length))
+            s->kind = (seed_kind)k;
+    if (s->kind == FROM_FILE) return *words != '\0';
+    const char *at = words + length;
+    s->count = KINDS[s->kind].count;
+    if (KINDS[s->kind].number_count) {
+        if (*at != ':') return false;
+        length = strcspn(++at, ":");
+        if (length >= sizeof numbers) return false;
+        memcpy(numbers, at, length);
+        if (!cli_parse_reals(numbers, s->numbers, KINDS[s->kind].number_count)) return false;
+        at += length;
+    }
+    if (!*at) return true;
+    double count;
+    if (*at != ':' || !cli_parse_real(at + 1, &count)) return false;
+    if (!(count >= 1 && count <= COUNT_MAX) || count != floor(count)) return false;
+    s->count = (size_t)count;
+    return true;
+}
+
+bool cli_flow_is_seeds(const char *words)
+{
+    seed_words s;
+    return parse(words, &s);
+}
+
+int cli_flow_channel(const cli_session *session, const tl_mesh *mesh, const char *name,
+                     const tl_channel **channel)
+{
+    *channel = name ? cli_vertex_channel(mesh, name) : NULL;
+    if (name && !*channel) return cli_unknown_channel(session, mesh, name);
+    for (size_t c = 0; !*channel && c < tl_mesh_channel_count(mesh); c++) {
+        const tl_channel *own = tl_mesh_channel(mesh, c);
+        if (own->on == TL_ON_VERTEX && own->components == 3) *channel = own;
+    }
+    if (*channel && (*channel)->components == 3) return CLI_DONE;
+    if (*channel)
+        return cli_misuse(session->args.verb, "channel '%s' has %u components, a flow has 3",
+                          cli_name(name).s, (*channel)->components);
+    fprintf(stderr, "tetralod: there is no channel of vectors on vertices to follow\n");
+    return CLI_FAILED;
+}
+
+/* ---- seeds of a file ---- */
+
+/* Reads three numbers between spaces, commas and semicolons; false if there are others. */
+static bool read_point(char *line, double x[3])
+{
+    char *at = line, *end;
+    for (int k = 0; k < 3; k++) {
+        at += strspn(at, " \t,;");
+        x[k] = strtod(at, &end);
+        if (end == at || !isfinite(x[k])) return false;
+        at = end;
+    }
+    return at[strspn(at, " \t,;\r\n")] == '\0';
+}
+
+static tl_status add_point(tl_ctx *ctx, tl_polydata *seeds, size_t *room, const double x[3])
+{
+    tl_status st = TL_OK;
+    if (seeds->vert_count == *room) {
+        size_t more = *room ? 2 * *room : 256;
+        seeds->xyz = tl_mem_resize(ctx, seeds->xyz, more, 3 * sizeof *seeds->xyz, &st);
+        if (st) return st;
+        *room = more;
+    }
+    memcpy(seeds->xyz + 3 * seeds->vert_count, x, 3 * sizeof *x);
+    seeds->cell_count = ++seeds->vert_count;
+    return st;
+}
+
+static tl_status read_points(tl_ctx *ctx, FILE *file, const char *path, tl_polydata *seeds)
+{
+    char line[LINE_BYTES];
+    tl_status st = TL_OK;
+    size_t number = 0, room = 0;
+    while (!st && fgets(line, sizeof line, file)) {
+        double x[3];
+        number++;
+        line[strcspn(line, "#")] = '\0';
+        if (line[strspn(line, " \t\r\n")] == '\0') continue;
+        if (read_point(line, x))
+            st = add_point(ctx, seeds, &room, x);
+        else if (number > 1) /* the first may name the columns */
+            st =
+                tl_fail(ctx, TL_ERR_FORMAT, "'%s': line %zu: expected three numbers", path, number);
+    }
+    if (!st && ferror(file)) st = tl_fail(ctx, TL_ERR_IO, "'%s': can't read", path);
+    if (!st && !seeds->vert_count)
+        st = tl_fail(ctx, TL_ERR_FORMAT, "'%s': no line of three numbers", path);
+    return st;
+}
+
+static tl_status read_file(tl_ctx *ctx, const char *path, tl_polydata **seeds)
+{
+    tl_status st = TL_OK;
+    FILE *file = fopen(path, "r");
+    if (!file)
+        return tl_fail(ctx, TL_ERR_IO, "seeds '%s' are no words of --seeds and no file: %s", path,
+                       strerror(errno));
+    *seeds = tl_mem_zalloc(ctx, 1, sizeof **seeds, &st);
+    if (!st) {
+        (*seeds)->kind = TL_POLY_POINTS;
+        st = read_points(ctx, file, path, *seeds);
+    }
+    fclose(file);
+    return st;
+}
+
+/* ---- lines ---- */
+
+/* X0,Y0,Z0,X1,Y1,Z1 to x0, x1, y0, y1, z0, z1. */
+static void order_bounds(const double corners[6], double bounds[6])
+{
+    for (int k = 0; k < 3; k++) {
+        bounds[2 * k] = fmin(corners[k], corners[3 + k]);
+        bounds[2 * k + 1] = fmax(corners[k], corners[3 + k]);
+    }
+}
+
+static tl_status make_seeds(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
+                            const seed_words *s, const char *words, tl_polydata **seeds)
+{
+    double bounds[6];
+    tl_polydata *points = NULL;
+    tl_status st;
+    cli_bounds(mesh, bounds);
+    switch (s->kind) {
+    case CRITICAL:
+        st = tl_critical_points(ctx, mesh, channel->values, &points);
+        if (!st && !points->vert_count)
+            st = tl_fail(ctx, TL_ERR_DATA, "'%s' has no critical points", channel->name);
+        if (!st)
+            st =
+                tl_seeds_around(ctx, points, CRITICAL_RADIUS * cli_diagonal(mesh), s->count, seeds);
+        tl_polydata_destroy(ctx, points);
+        return st;
+    case BOX: order_bounds(s->numbers, bounds); return tl_seeds_box(ctx, bounds, s->count, seeds);
+    case LINE: return tl_seeds_line(ctx, s->numbers, s->numbers + 3, s->count, seeds);
+    case PLANE: return tl_seeds_plane(ctx, s->numbers, s->numbers + 3, bounds, s->count, seeds);
+    default: return read_file(ctx, words, seeds);
+    }
+}
+
+int cli_flow_trace(cli_session *session, const tl_mesh *mesh, const tl_channel *channel,
+                   const char *seeds, const tl_stream_opts *opts, tl_polydata **lines,
+                   tl_stream_report *report)
+{
+    seed_words s;
+    tl_status st;
+    tl_ctx *ctx = session->ctx;
+    tl_polydata *points = NULL;
+    if (!parse(seeds, &s))
+        return cli_misuse(session->args.verb, "seeds '%s': expected " CLI_SEEDS_WORDS, seeds);
+    if (s.kind == GRID) {
+        uint32_t cells = (uint32_t)s.count;
+        st = tl_streamlines_cover(ctx, mesh, NULL, NULL, channel->values, NULL, cells, opts, lines,
+                                  report);
+    } else {
+        st = make_seeds(ctx, mesh, channel, &s, seeds, &points);
+        if (!st)
+            st = tl_streamlines(ctx, mesh, NULL, NULL, channel->values, points->xyz,
+                                points->vert_count, opts, lines, report);
+    }
+    tl_polydata_destroy(ctx, points);
+    cli_progress_clear(&session->progress);
+    return st ? cli_fail(session, ctx, st) : CLI_DONE;
+}
