@@ -74,6 +74,9 @@ static tl_status open_layer(picture *p, const tli_item *item)
     else if (item->kind == TLI_ITEM_LINES)
         st = tli_layer_lines(p->ctx, item->polydata, &item->look, &item->line_opts, &p->frame,
                              layer);
+    else if (item->kind == TLI_ITEM_POINTS)
+        st = tli_layer_points(p->ctx, item->polydata, &item->look, &item->point_opts, &p->frame,
+                              layer);
     else if (item->kind == TLI_ITEM_SLICES)
         st = open_slices(p->ctx, item, &p->frame, layer);
     else
@@ -203,8 +206,6 @@ static tl_status cpu_add(tl_ctx *ctx, void *state, tli_item *item)
 {
     tl_status st = TL_OK;
     (void)state;
-    if (item->kind == TLI_ITEM_POINTS)
-        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "the processor draws no points");
     if (item->kind == TLI_ITEM_SLICES) item->own = tl_mem_zalloc(ctx, 1, sizeof(slices), &st);
     return st;
 }

@@ -9,6 +9,9 @@
 /* Boxes are wider by this many pixels, far more than they are rounded. */
 static const double BOX_MARGIN = 0.01;
 
+/* Vertices that a worker places at once. */
+enum { PLACE_GRAIN = 8192 };
+
 /* ---- tiles ---- */
 
 void tli_tile_load(tli_tile *tile, const tl_image *image, uint32_t left, uint32_t top)
@@ -107,6 +110,28 @@ void tli_tile_blend(tli_tile *tile, uint32_t pixel)
 }
 
 /* ---- places ---- */
+
+typedef struct placing {
+    const tli_frame *frame;
+    const double *xyz;
+    double (*places)[3];
+} placing;
+
+static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const placing *p = arg;
+    (void)worker;
+    for (size_t v = begin; v < end; v++)
+        tli_frame_place(p->frame, p->xyz + 3 * v, p->places[v]);
+    return TL_OK;
+}
+
+tl_status tli_frame_places(tl_ctx *ctx, const tli_frame *frame, const double *xyz, size_t count,
+                           double (*places)[3])
+{
+    placing p = {frame, xyz, places};
+    return tli_parallel(ctx, count, PLACE_GRAIN, place_verts, &p);
+}
 
 bool tli_frame_box(const tli_frame *frame, const double (*places)[3], size_t count, double low[2],
                    double high[2])

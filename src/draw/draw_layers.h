@@ -50,6 +50,9 @@ static inline void tli_tile_put(tli_tile *tile, uint32_t pixel, float z, const f
     for (int k = 0; k < 4; k++) tile->rgba[pixel][k] = rgba[k];
 }
 
+/* Places of xyz [count][3] in a frame. */
+tl_status tli_frame_places(tl_ctx *ctx, const tli_frame *frame, const double *xyz, size_t count,
+                           double (*places)[3]);
 /* Box of the picture that holds what is seen of the hull of points placed in the frame; false: all
  * is behind the camera, or not finite. As of tli_box_fn. */
 bool tli_frame_box(const tli_frame *frame, const double (*places)[3], size_t count, double low[2],
@@ -71,6 +74,8 @@ tl_status tli_layer_surface(tl_ctx *ctx, const tl_polydata *triangles, const tl_
                             const tli_frame *frame, tli_layer *layer);
 tl_status tli_layer_lines(tl_ctx *ctx, const tl_polydata *poly, const tl_look *look,
                           const tl_line_opts *opts, const tli_frame *frame, tli_layer *layer);
+tl_status tli_layer_points(tl_ctx *ctx, const tl_polydata *points, const tl_look *look,
+                           const tl_point_opts *opts, const tli_frame *frame, tli_layer *layer);
 
 /* ---- the volume ---- */
 

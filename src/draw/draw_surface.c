@@ -7,8 +7,6 @@
 #include "base/base_vec.h"
 #include "draw/draw_layers.h"
 
-enum { GRAIN = 8192 };
-
 typedef struct surface {
     const tl_polydata *triangles;
     const tl_look *look;
@@ -24,15 +22,6 @@ typedef struct pieces {
     bool owns[3];        /* pixels just on the edge belong to this triangle */
     double normal[3];    /* of the plane, mesh units */
 } pieces;
-
-static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worker)
-{
-    const surface *s = arg;
-    (void)worker;
-    for (size_t v = begin; v < end; v++)
-        tli_frame_place(s->frame, s->triangles->xyz + 3 * v, s->places[v]);
-    return TL_OK;
-}
 
 static bool box(const void *data, size_t piece, double low[2], double high[2])
 {
@@ -170,7 +159,7 @@ tl_status tli_layer_surface(tl_ctx *ctx, const tl_polydata *triangles, const tl_
     *s = (surface){.triangles = triangles, .look = look, .frame = frame};
     *layer = (tli_layer){s, look->opacity > 0 ? triangles->cell_count : 0, box, draw, release};
     s->places = tl_mem_alloc(ctx, triangles->vert_count, sizeof *s->places, &st);
-    if (!st) st = tli_parallel(ctx, triangles->vert_count, GRAIN, place_verts, s);
+    if (!st) st = tli_frame_places(ctx, frame, triangles->xyz, triangles->vert_count, s->places);
     if (st) release(ctx, s);
     return st;
 }
