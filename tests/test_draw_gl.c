@@ -471,7 +471,8 @@ static void other_contexts(void **state)
     tl_camera camera = make_camera(false);
     scene drawn = {.mesh = s.mesh, .scalar = s.scalar, .volume = s.volume, .transfer = t};
     tl_image *first = draw_scene(ctx, TL_RENDERER_GL, &drawn, &camera);
-    void *es = NULL, *guest = NULL;
+    void *es = NULL;
+    tl_renderer *guest = NULL;
     if (!tli_gl_backend_open(ctx, TLI_GL_ES, &es)) {
         tl_image *image = draw_item(ctx, es, s.volume, s.scalar, t, &camera);
         CHECK(psnr(first, image) >= 2 * ALIKE);
@@ -481,16 +482,17 @@ static void other_contexts(void **state)
     /* as in a viewer, whose context is current */
     tli_gl *host = NULL;
     CHECK_OK(ctx, tli_gl_open(ctx, TLI_GL_ANY, &host));
-    CHECK_STATUS(tli_gl_backend_open(ctx, TLI_GL_CURRENT, &guest), TL_ERR_ARG);
+    CHECK_STATUS(tl_renderer_create(ctx, TL_RENDERER_GL_CURRENT, &guest), TL_ERR_ARG);
     CHECK_OK(ctx, tli_gl_begin(ctx, host));
-    CHECK_OK(ctx, tli_gl_backend_open(ctx, TLI_GL_CURRENT, &guest));
+    CHECK_OK(ctx, tl_renderer_create(ctx, TL_RENDERER_GL_CURRENT, &guest));
     glViewport(1, 2, 3, 4);
-    tl_image *image = draw_item(ctx, guest, s.volume, s.scalar, t, &camera);
+    fill(ctx, guest, &drawn);
+    tl_image *image = draw_with(ctx, guest, &camera);
     GLint view[4];
     glGetIntegerv(GL_VIEWPORT, view);
     CHECK(view[0] == 1 && view[1] == 2 && view[2] == 3 && view[3] == 4);
     CHECK(psnr(first, image) >= 2 * ALIKE);
-    tli_backend_gl.close(ctx, guest);
+    tl_renderer_destroy(ctx, guest);
     CHECK_OK(ctx, tli_gl_end(ctx, host, TL_OK));
     tli_gl_close(ctx, host);
     tl_image_destroy(ctx, image);

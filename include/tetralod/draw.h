@@ -84,6 +84,11 @@ TL_API tl_status tl_volume_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_lid
 /* NULL is allowed. */
 TL_API void tl_volume_destroy(tl_ctx *ctx, tl_volume *volume);
 
+/* How renderers that draw tet by tet find out which lies behind which; rays always know. */
+typedef enum tl_volume_order {
+    TL_ORDER_EXACT = 0,    /* by their faces and, across gaps, by a ray a pixel */
+    TL_ORDER_CENTROIDS = 1 /* by their distance: faster, with errors where sizes differ */
+} tl_volume_order;
 typedef struct tl_volume_opts {
     size_t struct_bytes;
     double opacity_end; /* a ray ends when it has this opacity, up to 1; default 0.999. Closer to 1
@@ -99,6 +104,7 @@ typedef struct tl_volume_opts {
                                 which on opacity is full; below, extinction falls in proportion, so
                                 that only where values change is seen. 0 (default): opacity is that
                                 of the transfer function */
+    tl_volume_order order;   /* default TL_ORDER_EXACT */
 } tl_volume_opts;
 TL_API tl_volume_opts tl_volume_opts_defaults(void);
 
@@ -118,7 +124,10 @@ typedef enum tl_renderer_kind {
     TL_RENDERER_AUTO = 0, /* GL where it is a real GPU, else the processor */
     TL_RENDERER_CPU = 1,
     TL_RENDERER_GL = 2,
-    TL_RENDERER_NULL = 3 /* checks calls and data, draws nothing */
+    TL_RENDERER_NULL = 3, /* checks calls and data, draws nothing */
+    /* GL in the caller's context of EGL, which is current whenever the renderer is called; what it
+       draws into and its viewport stay, other state is that of a new context */
+    TL_RENDERER_GL_CURRENT = 4
 } tl_renderer_kind;
 
 /* Things and what draws them. One thread at a time. */

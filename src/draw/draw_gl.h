@@ -116,7 +116,6 @@ typedef struct tli_gl_volume {
     tli_gl_table sums, bases;  /* of the transfer function; stay */
     tli_gl_table verts, order; /* of a view */
     size_t tet_count;          /* in order */
-    size_t broken;             /* as of tli_order */
 } tli_gl_volume;
 tl_status tli_gl_volume_add(tl_ctx *ctx, tli_gl *gl, const tl_volume *volume,
                             const tl_transfer *transfer, tli_gl_volume *added);
@@ -156,9 +155,9 @@ void tli_gl_thing_remove(tl_ctx *ctx, tli_gl *gl, tli_gl_thing *thing);
 void tli_gl_thing_draw(const tli_gl_painter *painter, const tli_gl_view *view, const tli_item *item,
                        const tli_gl_thing *thing, GLuint limit);
 
-/* ---- the back end ---- */
+/* ---- the back end: draw_gl_renderer.c ---- */
 
-/* Opens it with another kind of context. */
+/* Opens it with any kind of context. */
 tl_status tli_gl_backend_open(tl_ctx *ctx, tli_gl_kind kind, void **state);
 
 #endif

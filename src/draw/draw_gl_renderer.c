@@ -84,6 +84,11 @@ static tl_status gl_open(tl_ctx *ctx, void **state)
     return tli_gl_backend_open(ctx, TLI_GL_ANY, state);
 }
 
+static tl_status gl_open_current(tl_ctx *ctx, void **state)
+{
+    return tli_gl_backend_open(ctx, TLI_GL_CURRENT, state);
+}
+
 static const char *gl_name(const void *state)
 {
     return ((const gl_state *)state)->gl->name;
@@ -355,11 +360,10 @@ static tl_status gl_draw(tl_ctx *ctx, void *state, tli_item *const *items, size_
     return tli_gl_end(ctx, s->gl, draw_all(ctx, s, items, item_count, &view, image));
 }
 
-const tli_backend tli_backend_gl = {.open = gl_open,
-                                    .close = gl_close,
-                                    .name = gl_name,
-                                    .is_fast = gl_is_fast,
-                                    .add = gl_add,
-                                    .change = gl_change,
-                                    .remove = gl_remove,
-                                    .draw = gl_draw};
+#define GL_BACKEND(opener)                                                                         \
+    {                                                                                              \
+        .open = (opener), .close = gl_close, .name = gl_name, .is_fast = gl_is_fast,               \
+        .add = gl_add, .change = gl_change, .remove = gl_remove, .draw = gl_draw                   \
+    }
+const tli_backend tli_backend_gl = GL_BACKEND(gl_open);
+const tli_backend tli_backend_gl_current = GL_BACKEND(gl_open_current);

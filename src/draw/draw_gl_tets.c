@@ -106,11 +106,15 @@ tl_status tli_gl_volume_place(tl_ctx *ctx, tli_gl *gl, const tli_gl_view *view,
     if (!st) st = tli_parallel(ctx, vert_count, GRAIN, place_verts, &p);
     tli_order_view seen = {item->volume, item->transfer, view->frame,
                            p.verts,      view->width,    view->height};
-    if (!st) st = tli_order_exact(ctx, &seen, &order);
+    if (!st)
+        st = item->volume_opts.order == TL_ORDER_EXACT ? tli_order_exact(ctx, &seen, &order)
+                                                       : tli_order_centroids(ctx, &seen, &order);
     if (!st) st = tli_gl_table_fill(ctx, gl, &volume->verts, GL_RGBA32F, p.verts, vert_count);
     if (!st) st = tli_gl_table_fill(ctx, gl, &volume->order, GL_R32UI, order.tets, order.count);
     volume->tet_count = order.count;
-    volume->broken = order.broken;
+    if (order.broken)
+        tl_log(ctx, TL_LOG_DEBUG, "%zu of %zu tets are out of order: they hide each other in rings",
+               order.broken, order.count);
     tl_mem_free(ctx, order.tets);
     tl_mem_free(ctx, p.verts);
     return st;

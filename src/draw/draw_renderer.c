@@ -36,11 +36,13 @@ static tl_status open_backend(tl_ctx *ctx, const tli_backend *backend, bool only
     return st;
 }
 
-static tl_status open_gl(tl_ctx *ctx, bool only_fast, tl_renderer **renderer)
+static tl_status open_gl(tl_ctx *ctx, bool current, bool only_fast, tl_renderer **renderer)
 {
 #if TETRALOD_WITH_GL
-    return open_backend(ctx, &tli_backend_gl, only_fast, renderer);
+    return open_backend(ctx, current ? &tli_backend_gl_current : &tli_backend_gl, only_fast,
+                        renderer);
 #else
+    (void)current;
     (void)only_fast;
     (void)renderer;
     return tl_fail(ctx, TL_ERR_UNSUPPORTED, "this build has no renderer on OpenGL");
@@ -52,14 +54,15 @@ tl_status tl_renderer_create(tl_ctx *ctx, tl_renderer_kind kind, tl_renderer **r
     *renderer = NULL;
     switch (kind) {
     case TL_RENDERER_AUTO: {
-        tl_status st = open_gl(ctx, true, renderer);
+        tl_status st = open_gl(ctx, false, true, renderer);
         if (st && st != TL_ERR_UNSUPPORTED) return st;
         if (*renderer) return TL_OK;
         tl_ctx_clear(ctx);
         return open_backend(ctx, &tli_backend_cpu, false, renderer);
     }
     case TL_RENDERER_CPU: return open_backend(ctx, &tli_backend_cpu, false, renderer);
-    case TL_RENDERER_GL: return open_gl(ctx, false, renderer);
+    case TL_RENDERER_GL: return open_gl(ctx, false, false, renderer);
+    case TL_RENDERER_GL_CURRENT: return open_gl(ctx, true, false, renderer);
     case TL_RENDERER_NULL: return open_backend(ctx, &tli_backend_null, false, renderer);
     }
     return tl_fail(ctx, TL_ERR_ARG, "renderer %d, expected one of tl_renderer_kind", (int)kind);

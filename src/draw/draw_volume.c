@@ -99,6 +99,9 @@ tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volu
         opts->opacity_end > 1)
         return tl_fail(ctx, TL_ERR_ARG, "step depth %g, end of rays at opacity %g are out of range",
                        opts->step_depth, opts->opacity_end);
+    if (opts->order != TL_ORDER_EXACT && opts->order != TL_ORDER_CENTROIDS)
+        return tl_fail(ctx, TL_ERR_ARG, "order %d of a volume, expected one of tl_volume_order",
+                       (int)opts->order);
     if (!(opts->gradient_opacity >= 0) || !isfinite(opts->gradient_opacity))
         return tl_fail(ctx, TL_ERR_ARG, "a gradient opacity of %g, expected 0 or more",
                        opts->gradient_opacity);

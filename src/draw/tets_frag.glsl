@@ -51,7 +51,13 @@ void add_layer(inout vec4 light, vec4 change, float depth)
     light += vec4(change.rgb * (weight / change.a), weight);
 }
 
-/* A thick piece, in parts that are thin. */
+/* Colour times extinction, and extinction, of values around one. */
+vec4 mean_at(float value)
+{
+    return difference(sums_at(value + 0.5), sums_at(value - 0.5));
+}
+
+/* A thick piece between two values, in parts that are thin. */
 vec4 in_parts(float a, float b, float depth, float len)
 {
     vec4 light = vec4(0.0);
@@ -60,11 +66,9 @@ vec4 in_parts(float a, float b, float depth, float len)
     for (float i = 1.0; i <= count && light.a < opacity_end; i += 1.0) {
         integrals now = sums_at(i == count ? b : a + (b - a) * (i / count));
         vec4 change = difference(now, before);
-        float thick = abs(b - a) > SAME_VALUE ? change.a / ((b - a) / count) * len / count
-                                              : depth / count;
+        float thick = change.a / (b - a) * len;
         before = now;
-        if (!(thick > 0.0)) continue;
-        add_layer(light, change.a != 0.0 ? change : vec4(1.0), min(thick, 1.0));
+        if (thick > 0.0) add_layer(light, change, min(thick, 1.0));
     }
     return light;
 }
@@ -73,14 +77,13 @@ vec4 piece(float a, float b, float len)
 {
     float rise = b - a;
     bool same = abs(rise) <= SAME_VALUE;
-    vec4 change = same ? difference(sums_at(b + 0.5), sums_at(b - 0.5))
-                       : difference(sums_at(b), sums_at(a));
+    vec4 change = same ? mean_at(b) : difference(sums_at(b), sums_at(a));
     float depth = change.a / (same ? 1.0 : rise) * len;
     vec4 light = vec4(0.0);
     if (!(depth > 0.0)) return light;
-    if (depth > step_depth) return in_parts(a, b, depth, len);
-    add_layer(light, change, depth);
-    return light;
+    if (depth > step_depth && !same) return in_parts(a, b, depth, len);
+    float weight = depth > step_depth ? 1.0 - exp(-depth) : absorbed(depth);
+    return vec4(change.rgb * (weight / change.a), weight);
 }
 
 void main()
