@@ -25,6 +25,8 @@ static const cli_option OPTIONS[] = {
      "simplify: part of the tets to keep"},
     {CLI_METHOD, 0, "method", CLI_TYPE_CHOICE, "auto|queue|independent|randomized|blocks", "auto",
      0, 0, "simplify: order of the collapses"},
+    {CLI_RENDERER, 0, "renderer", CLI_TYPE_CHOICE, "cpu|gl", "cpu", 0, 0,
+     "draw: what draws; gl is compared with the processor"},
 };
 static const cli_option PEER[] = {
     {CLI_AGAINST_VTK, 0, "against-vtk", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
@@ -367,7 +369,7 @@ static const struct {
     {"build", "models: speed, memory and size, by size of the segments", bench_build, false},
     {"surface", "isosurfaces at 40 % of the range: with and without a range index", bench_surface,
      false},
-    {"draw", "volume rendering on the processor, 512 x 512 pixels", bench_draw, false},
+    {"draw", "volume rendering by the processor or OpenGL, 512 x 512 pixels", bench_draw, false},
     {"cut", "a model: opening it, moving its cut, extracting meshes", bench_cut, true},
 };
 enum { BENCH_COUNT = sizeof BENCHES / sizeof *BENCHES };

@@ -40,6 +40,11 @@ int bench_build(bench_state *state, const bench_data *data);
 int bench_codec(bench_state *state, const bench_data *data);
 int bench_surface(bench_state *state, const bench_data *data);
 int bench_draw(bench_state *state, const bench_data *data);
+/* The same with --renderer gl. */
+int bench_gl(bench_state *state, const bench_data *data);
+/* The transfer function of both over a range, of a mesh with that diagonal. Gives *transfer. */
+tl_status bench_transfer(tl_ctx *ctx, const double range[2], double diagonal,
+                         tl_transfer **transfer);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);
 

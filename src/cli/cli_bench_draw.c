@@ -7,6 +7,8 @@
 
 #include "cli_bench.h"
 
+/* Place of gl in the choices of --renderer. */
+enum { BENCH_GL = 1 };
 enum { SIDE_PX = 512 };
 
 /* Parts of the range with colours and opacities, as in bench/vtk_peer.py. */
@@ -27,22 +29,23 @@ typedef struct draw_row {
     unsigned threads;
     bench_times frames;
     double ready_s; /* adjacency and boundary, once a mesh */
-    double range[2], unit;
+    double range[2], diagonal;
     tl_camera camera;
     char picture[BENCH_PATH_BYTES + 16];
     double ray, projected, decibels, vtk_decibels; /* of VTK; 0: not asked */
 } draw_row;
 
-static tl_status make_transfer(tl_ctx *ctx, const draw_row *row, tl_transfer **transfer)
+tl_status bench_transfer(tl_ctx *ctx, const double range[2], double diagonal,
+                         tl_transfer **transfer)
 {
     tl_color_point colors[COLOR_COUNT];
     tl_opacity_point opacities[OPACITY_COUNT];
-    double low = row->range[0], wide = row->range[1] - row->range[0];
+    double low = range[0], wide = range[1] - range[0];
     memcpy(colors, COLORS, sizeof colors);
     memcpy(opacities, OPACITIES, sizeof opacities);
     for (int i = 0; i < COLOR_COUNT; i++) colors[i].value = low + wide * colors[i].value;
     for (int i = 0; i < OPACITY_COUNT; i++) opacities[i].value = low + wide * opacities[i].value;
-    return tl_transfer_create(ctx, colors, COLOR_COUNT, opacities, OPACITY_COUNT, row->unit,
+    return tl_transfer_create(ctx, colors, COLOR_COUNT, opacities, OPACITY_COUNT, UNIT * diagonal,
                               transfer);
 }
 
@@ -53,7 +56,7 @@ static tl_status draw_frames(bench_state *state, tl_ctx *ctx, const tl_volume *v
     tl_transfer *transfer = NULL;
     size_t runs = (size_t)cli_get(state->session, CLI_RUNS)->count;
     static const float black[3] = {0, 0, 0};
-    tl_status st = make_transfer(ctx, row, &transfer);
+    tl_status st = bench_transfer(ctx, row->range, row->diagonal, &transfer);
     row->camera = tl_camera_fit(bounds, 30, 20, 1.3, SIDE_PX, SIDE_PX);
     for (size_t run = 0; run <= runs && !st; run++) {
         tl_image *image = NULL;
@@ -80,7 +83,7 @@ static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, v
     tl_volume *volume = NULL;
     const tl_channel *channel = tl_mesh_channel(mesh, 0);
     tl_channel_range(channel, tl_mesh_vert_count(mesh), row->range, NULL);
-    row->unit = UNIT * cli_diagonal(mesh);
+    row->diagonal = cli_diagonal(mesh);
     cli_bounds(mesh, bounds);
     snprintf(row->picture, sizeof row->picture, "%s/draw.png", state->folder);
     tl_status st = tl_volume_create(ctx, mesh, NULL, &volume);
@@ -99,7 +102,7 @@ static int ask_peer(bench_state *state, const bench_data *data, void *arg)
              (unsigned long long)cli_get(state->session, CLI_RUNS)->count);
     snprintf(threads, sizeof threads, "%u", row->threads);
     snprintf(range, sizeof range, "--range=%.17g,%.17g", row->range[0], row->range[1]);
-    snprintf(unit, sizeof unit, "%.17g", row->unit);
+    snprintf(unit, sizeof unit, "%.17g", UNIT * row->diagonal);
     snprintf(camera, sizeof camera,
              "--camera=%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", c->position[0],
              c->position[1], c->position[2], c->focal_point[0], c->focal_point[1],
@@ -151,6 +154,7 @@ int bench_draw(bench_state *state, const bench_data *data)
 {
     static const bench_steps STEPS = {measure, ask_peer, add_json, print_text};
     draw_row row;
+    if (cli_get(state->session, CLI_RENDERER)->choice == BENCH_GL) return bench_gl(state, data);
     int exit_status = bench_each_threads(state, data, &STEPS, &row, sizeof row);
     unlink(row.picture);
     return exit_status;
