@@ -103,6 +103,29 @@ TL_API tl_status tl_mesh_compare(tl_ctx *ctx, const tl_mesh *original, const tl_
 /* Frees what hangs on a result and empties it. NULL and an empty result are allowed. */
 TL_API void tl_compare_release(tl_ctx *ctx, tl_compare_result *result);
 
+/* ---- one mesh by itself ---- */
+
+/* Value of a channel in a tet, linear between its corners, or that of the tet. weights [4] as of
+ * tl_locator_find; out [components]. */
+TL_API void tl_channel_at(const tl_mesh *mesh, const tl_channel *channel, tl_lidx tet,
+                          const double weights[4], double *out);
+
+enum { TL_STATISTICS_PARTS = 7 };
+/* A component of a channel over the volume, linear in each tet; exact apart from rounding where not
+ * said otherwise. */
+typedef struct tl_statistics {
+    double volume;          /* of the tets whose values are finite, mesh units cubed */
+    double integral;        /* the channel's unit times mesh units cubed */
+    double least, most;     /* 0 if nothing is finite, as are the next ones */
+    double mean, deviation; /* deviation: root of the mean squared distance from the mean */
+    double parts[TL_STATISTICS_PARTS]; /* values that 1, 5, 25, 50, 75, 95 and 99 percent of the
+                                          volume lie below, within a millionth of the range */
+} tl_statistics;
+/* component: 0 to components - 1, or components: the length, linear between its values at vertices.
+ * Volumes count as positive. One thread. */
+TL_API tl_status tl_channel_statistics(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
+                                       uint32_t component, tl_statistics *statistics);
+
 #ifdef __cplusplus
 }
 #endif

@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <string.h>
 
+#include "cli_file.h"
 #include "cli_print.h"
 #include "cli_session.h"
 
@@ -77,7 +78,10 @@ int cli_json_read(tl_ctx *ctx, const char *path, json_t **root)
 
 int cli_json_write(json_t *root, const char *path)
 {
-    const int failed = json_dump_file(root, path, JSON_INDENT(1) | JSON_PRESERVE_ORDER);
+    FILE *file;
+    int failed = cli_file_begin(path, &file);
+    if (!failed && json_dumpf(root, file, JSON_INDENT(1) | JSON_PRESERVE_ORDER))
+        failed = wrong(path, "it can't be written");
     json_decref(root);
-    return failed ? wrong(path, "it can't be written") : CLI_DONE;
+    return file ? cli_file_end(path, file, failed) : failed;
 }

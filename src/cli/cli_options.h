@@ -47,6 +47,10 @@ typedef enum cli_id {
     CLI_VOLUME,
     CLI_COLORMAP,
     CLI_RANGE,
+    CLI_AT,
+    CLI_ALONG,
+    CLI_INTEGRAL,
+    CLI_STATISTICS,
     CLI_ANNOTATION,
     CLI_TITLE,
     CLI_RENDERER,
@@ -226,6 +230,7 @@ extern const cli_verb cli_verb_surface;
 extern const cli_verb cli_verb_points;
 extern const cli_verb cli_verb_lines;
 extern const cli_verb cli_verb_render;
+extern const cli_verb cli_verb_probe;
 extern const cli_verb cli_verb_check;
 extern const cli_verb cli_verb_bench;
 extern const cli_verb cli_verb_formats;

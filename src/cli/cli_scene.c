@@ -227,7 +227,7 @@ static int first_look(cli_scene *scene)
     if (channel) failed = get_shade(scene, channel->name, NULL, logarithmic, &shade);
     tl_status st = failed || !channel ? TL_OK : is_solid(scene->session->ctx, scene, &solid);
     if (st) return cli_fail(scene->session, scene->session->ctx, st);
-    scene->boundary = solid;
+    scene->boundary = scene->edges = solid;
     *(solid ? &scene->color_shade : &scene->volume_shade) = shade;
     return failed;
 }
