@@ -4,6 +4,7 @@ figures.py with Debian's /usr/bin/python3 (package python3-vtk9). Prints one JSO
     vtk_peer.py simplify IN.vtu OUT.vtu [--keep 0.1] [--runs 3] [--scale S] [--channel NAME]
     vtk_peer.py mesh IN.vtu [--runs 3]
     vtk_peer.py surface IN.vtu --value V [--threads N] [--runs 3]
+    vtk_peer.py lines IN.vtu --seeds SEEDS.csv [--runs 3]
     vtk_peer.py draw IN.vtu --camera X,Y,Z,FX,FY,FZ,UX,UY,UZ,ANGLE --range LOW,HIGH --unit D [--size 512]
                 [--threads N] [--runs 3] [--against OUR.png]
 
@@ -17,6 +18,8 @@ mesh runs vtkDataSetSurfaceFilter (one thread) and vtkUnstructuredGrid.BuildLink
 prints the median of their seconds.
 
 surface runs vtkContour3DLinearGrid: without and with merged points, and with a scalar tree made before.
+
+lines runs vtkStreamTracer (one thread) with second order and steps of half a cell, both ways; processor seconds.
 
 draw renders frames by vtkUnstructuredGridVolumeRayCastMapper and vtkProjectedTetrahedraMapper, off the
 screen under xvfb-run (started by itself), with the transfer function of `tetralod bench draw`, and compares
@@ -152,13 +155,13 @@ def simplify(options):
             "channel": name, "vtk": vtk.vtkVersion().GetVTKVersion()}
 
 
-def median_seconds(work, runs):
+def median_seconds(work, runs, clock=time.perf_counter):
     work()
     seconds = []
     for _ in range(runs):
-        start = time.perf_counter()
+        start = clock()
         work()
-        seconds.append(time.perf_counter() - start)
+        seconds.append(clock() - start)
     return statistics.median(seconds)
 
 
@@ -200,6 +203,39 @@ def surface(options):
         said[key + "_triangles"] = contour.GetOutput().GetNumberOfPolys()
         said[key + "_area"] = area.GetSurfaceArea() if said[key + "_triangles"] else 0
     return said
+
+
+def lines(options):
+    grid = read(options.file)
+    names = [grid.GetPointData().GetArrayName(i) for i in range(grid.GetPointData().GetNumberOfArrays())]
+    grid.GetPointData().SetActiveVectors(names[0])
+    points, source = vtk.vtkPoints(), vtk.vtkPolyData()
+    points.SetData(numpy_to_vtk(numpy.loadtxt(options.seeds, delimiter=",", ndmin=2), deep=1))
+    source.SetPoints(points)
+    tracer = vtk.vtkStreamTracer()
+    tracer.SetInputData(grid)
+    tracer.SetSourceData(source)
+    tracer.SetIntegratorTypeToRungeKutta2()
+    tracer.SetIntegrationStepUnit(vtk.vtkStreamTracer.CELL_LENGTH_UNIT)
+    tracer.SetInitialIntegrationStep(0.5)
+    tracer.SetMaximumPropagation(4 * grid.GetLength())
+    tracer.SetMaximumNumberOfSteps(10000)
+    tracer.SetIntegrationDirectionToBoth()
+    tracer.SetComputeVorticity(False)
+
+    def trace():
+        tracer.Modified()
+        tracer.Update()
+
+    seconds = median_seconds(trace, options.runs, time.process_time)
+    out = tracer.GetOutput()
+    xyz, ids, length = vtk_to_numpy(out.GetPoints().GetData()), vtk.vtkIdList(), 0.0
+    out.GetLines().InitTraversal()
+    while out.GetLines().GetNextCell(ids):
+        line = xyz[[ids.GetId(i) for i in range(ids.GetNumberOfIds())]]
+        length += float(numpy.linalg.norm(numpy.diff(line, axis=0), axis=1).sum())
+    return {"seconds": seconds, "steps": out.GetNumberOfPoints() - out.GetNumberOfLines(), "length": length,
+            "lines": out.GetNumberOfLines(), "vtk": vtk.vtkVersion().GetVTKVersion()}
 
 
 # Parts of the range with colours and opacities, as in src/cli/cli_bench_draw.c.
@@ -302,6 +338,10 @@ def main():
     verb.add_argument("--value", type=float, required=True)
     verb.add_argument("--threads", type=int, default=1)
     verb.add_argument("--runs", type=int, default=3)
+    verb = verbs.add_parser("lines")
+    verb.add_argument("file")
+    verb.add_argument("--seeds", required=True)
+    verb.add_argument("--runs", type=int, default=3)
     verb = verbs.add_parser("draw")
     verb.add_argument("file")
     verb.add_argument("--camera", required=True)
@@ -312,8 +352,8 @@ def main():
     verb.add_argument("--runs", type=int, default=3)
     verb.add_argument("--against")
     options = parser.parse_args()
-    print(json.dumps({"simplify": simplify, "mesh": mesh, "surface": surface, "draw": draw}[options.verb](options)),
-          flush=True)
+    works = {"simplify": simplify, "mesh": mesh, "surface": surface, "lines": lines, "draw": draw}
+    print(json.dumps(works[options.verb](options)), flush=True)
     os._exit(0)  # VTK's windows outlive the X server of xvfb-run and abort
 
 

@@ -105,6 +105,14 @@ class Lines(unittest.TestCase):
             self.lines("--seeds", "grid:6", name=name)
             self.assertTrue(os.path.getsize(self.path(name)) > 1000)
 
+    def test_bench(self):
+        """Our lines and VTK's have one length; the bench verifies it."""
+        done = run("bench", "lines", "--size", "20", "--runs", "1", "--against-vtk", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        row = json.loads(done.stdout)["rows"][0]
+        self.assertEqual(row["lines"], 1000)
+        self.assertTrue(row["steps_per_core_second"] > row["vtk_steps_per_core_second"] > 0)
+
     def test_seeds(self):
         for seeds, lines in (("line:-9,-3,1,-9,3,1:7", 7), ("plane:-9,0,0,1,0,0:100", 100), ("box:-9,-1,-1,-8,1,1:32", 32)):
             self.assertAlmostEqual(self.lines("--seeds", seeds)["lines"], lines, delta=0.2 * lines)

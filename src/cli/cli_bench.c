@@ -14,11 +14,12 @@
 static const cli_option OPTIONS[] = {
     {CLI_DATA, 0, "data", CLI_TYPE_LIST, "FILE", NULL, 0, 0, "bench this file instead of samples"},
     {CLI_SAMPLE, 0, "sample", CLI_TYPE_LIST, "NAME", NULL, 0, 0,
-     "bench this sample; without it, all"},
+     "bench this sample; without it, all, for lines sphere-flow"},
     {CLI_SIZES, 0, "size", CLI_TYPE_LIST, "N", NULL, 0, 0,
      "size of the samples, as in 'tetralod sample'; without it 64 (1.25 million tets of a grid)"},
     {CLI_CHANNEL, 0, "channel", CLI_TYPE_TEXT, "NAME", NULL, 0, 0,
-     "the channel that takes part; without it the first scalar on vertices"},
+     "the channel that takes part; without it the first scalar on vertices, of lines the first "
+     "vectors"},
     {CLI_RUNS, 0, "runs", CLI_TYPE_COUNT, "N", "3", 1, BENCH_RUNS_MAX,
      "measured runs after a warm-up"},
     {CLI_KEEP, 0, "keep", CLI_TYPE_AMOUNT, "R", "0.1", 1e-6, 1,
@@ -218,12 +219,12 @@ static void json_facts(json_t *object, const bench_state *state)
 
 /* ---- data sets ---- */
 
-static const tl_channel *pick_channel(const tl_mesh *mesh, const char *name)
+static const tl_channel *pick_channel(const tl_mesh *mesh, const char *name, uint32_t components)
 {
     if (name) return cli_vertex_channel(mesh, name);
     for (size_t i = 0; i < tl_mesh_channel_count(mesh); i++) {
         const tl_channel *channel = tl_mesh_channel(mesh, i);
-        if (channel->on == TL_ON_VERTEX && channel->components == 1) return channel;
+        if (channel->on == TL_ON_VERTEX && channel->components == components) return channel;
     }
     return NULL;
 }
@@ -233,11 +234,12 @@ static int write_one_channel(bench_state *state, const tl_mesh *mesh, bench_data
 {
     cli_session *session = state->session;
     const char *name = cli_get(session, CLI_CHANNEL)->text;
-    const tl_channel *channel = pick_channel(mesh, name);
+    const tl_channel *channel = pick_channel(mesh, name, state->components);
     tl_mesh *slim = NULL;
     if (!channel) {
         if (name) return cli_unknown_channel(session, mesh, name);
-        fprintf(stderr, "tetralod: '%s' holds no scalar on vertices to bench with\n", data->name);
+        fprintf(stderr, "tetralod: '%s' holds no %s on vertices to bench with\n", data->name,
+                state->components == 1 ? "scalar" : "vectors");
         return CLI_FAILED;
     }
     tl_status st = tl_mesh_create(session->ctx, tl_mesh_xyz(mesh), tl_mesh_vert_count(mesh),
@@ -314,8 +316,9 @@ static int bench_samples(bench_state *state, bench_fn bench)
     int exit_status = CLI_DONE;
     snprintf(default_size, sizeof default_size, "%d", DEFAULT_SIZE);
     for (size_t i = 0; !exit_status; i++) {
-        const char *sample = samples->given ? (i < samples->item_count ? samples->items[i] : NULL)
-                                            : tl_sample_name(i);
+        const char *sample = samples->given  ? (i < samples->item_count ? samples->items[i] : NULL)
+                             : state->sample ? (i ? NULL : state->sample)
+                                             : tl_sample_name(i);
         if (!sample) break;
         for (size_t s = 0; s < (sizes->given ? sizes->item_count : 1) && !exit_status; s++)
             exit_status =
@@ -369,6 +372,7 @@ static const struct {
     {"build", "models: speed, memory and size, by size of the segments", bench_build, false},
     {"surface", "isosurfaces at 40 % of the range: with and without a range index", bench_surface,
      false},
+    {"lines", "streamlines of second order from a thousand seeds", bench_lines, false},
     {"draw", "volume rendering by the processor or OpenGL, 512 x 512 pixels", bench_draw, false},
     {"cut", "a model: opening it, moving its cut, extracting meshes", bench_cut, true},
 };
@@ -410,6 +414,8 @@ static int run(cli_session *session)
     int exit_status = make_folder(&state);
     if (exit_status) return exit_status;
     if (cli_get(session, CLI_JSON)->given) state.rows = json_array();
+    state.components = BENCHES[bench].bench == bench_lines ? 3 : 1;
+    state.sample = BENCHES[bench].bench == bench_lines ? "sphere-flow" : NULL;
     facts(&state);
     exit_status = BENCHES[bench].models ? bench_models(&state, BENCHES[bench].bench)
                                         : bench_all(&state, BENCHES[bench].bench);

@@ -26,6 +26,8 @@ typedef struct bench_state {
     cli_session *session;
     char folder[BENCH_PATH_BYTES]; /* for the files of the bench; removed at its end */
     json_t *rows;                  /* list; NULL without --json */
+    uint32_t components;           /* of the channel that takes part */
+    const char *sample;            /* if none is named; NULL: all */
     size_t broken;                 /* results that failed their verification */
 } bench_state;
 
@@ -39,6 +41,8 @@ int bench_segment(bench_state *state, const bench_data *data);
 int bench_build(bench_state *state, const bench_data *data);
 int bench_codec(bench_state *state, const bench_data *data);
 int bench_surface(bench_state *state, const bench_data *data);
+/* The channel of data has three components. */
+int bench_lines(bench_state *state, const bench_data *data);
 int bench_draw(bench_state *state, const bench_data *data);
 /* The same with --renderer gl. */
 int bench_gl(bench_state *state, const bench_data *data);
