@@ -30,7 +30,8 @@ typedef struct job {
     const tl_points_opts *opts;
     double values[TL_SLICE_VALUES_MAX]; /* rising */
     uint64_t *hashes;                   /* [vert_count] of places */
-    double *areas;                      /* [piece_count] sums */
+    float *areas;                       /* [tet_count] */
+    double *sums;                       /* [piece_count] of them */
     size_t *starts;                     /* [piece_count + 1] of points */
     double area;                        /* of a point */
     tl_polydata *out;
@@ -44,15 +45,12 @@ typedef struct corners {
     double low, high; /* of s */
     double slope[3];  /* gradient times six volumes */
     double volume;    /* six of them, with its sign */
-    uint64_t seed;
 } corners;
 
-/* Receives points of a tet, by weights of its corners. */
+/* Where the next point of a piece goes. */
 typedef struct taker {
     const job *j;
-    const corners *tet;
-    size_t count, next; /* points of the piece; place of the next one in the result */
-    bool write;
+    size_t next;
 } taker;
 
 /* ---- dice ---- */
@@ -127,11 +125,9 @@ static bool load_tet(const job *j, size_t t, corners *c)
     swap_if_later(j, c->verts, 1, 2);
     c->low = low;
     c->high = high;
-    c->seed = 0;
     for (int i = 0; i < 4; i++) {
         memcpy(c->x[i], j->mesh->xyz + 3 * c->verts[i], sizeof c->x[i]);
         c->s[i] = j->scalar[c->verts[i]];
-        c->seed = mix_bits(c->seed ^ j->hashes[c->verts[i]]);
     }
     double e[3][3], n[3][3];
     for (int i = 0; i < 3; i++) vec_sub(c->x[i + 1], c->x[0], e[i]);
@@ -143,10 +139,15 @@ static bool load_tet(const job *j, size_t t, corners *c)
     return isfinite(c->volume) && vec_is_finite(c->slope) && c->volume != 0;
 }
 
-/* Points that an area has: the whole ones, and one more with the chance of the rest. */
-static uint64_t points_of(double area, double area_of_point, uint64_t *row)
+/* Points of a tet: the whole ones that its area has, and one more with the chance of the rest. The
+ * row of dice follows from its corners in any order. */
+static uint64_t points_of(const job *j, size_t t, uint64_t *row)
 {
-    return (uint64_t)floor(area / area_of_point + throw_die(row));
+    uint64_t sum = 0;
+    if (!(j->areas[t] > 0)) return 0;
+    for (size_t i = 0; i < 4; i++) sum += j->hashes[j->mesh->tets[4 * t + i]];
+    *row = mix_bits(sum);
+    return (uint64_t)floor((double)j->areas[t] / j->area + throw_die(row));
 }
 
 /* ---- polygons of an isosurface ---- */
@@ -313,9 +314,11 @@ static tl_status measure_pieces(void *arg, size_t begin, size_t end, unsigned wo
     const job *j = arg;
     corners c;
     double sum = 0;
-    for (size_t t = begin; t < end; t++)
-        if (load_tet(j, t, &c)) sum += measure_tet(j, &c);
-    j->areas[begin / TLI_SLICE_TETS] = sum;
+    for (size_t t = begin; t < end; t++) {
+        j->areas[t] = load_tet(j, t, &c) ? (float)measure_tet(j, &c) : 0;
+        sum += (double)j->areas[t];
+    }
+    j->sums[begin / TLI_SLICE_TETS] = sum;
     return TL_OK;
 }
 
@@ -329,12 +332,9 @@ static double rounded(double value)
 
 /* ---- second and third pass: points ---- */
 
-static void take(taker *to, const double weights[4])
+static void put(taker *to, const corners *c, const double weights[4])
 {
-    to->count++;
-    if (!to->write) return;
     const job *j = to->j;
-    const corners *c = to->tet;
     size_t at = to->next++;
     double length = vec_length(c->slope), out = c->volume > 0 ? -1 : 1;
     place_of(c, weights, j->out->xyz + 3 * at);
@@ -351,91 +351,84 @@ static void take(taker *to, const double weights[4])
     }
 }
 
-/* Evenly spread in the polygon of a value. */
-static void take_on_value(taker *to, double value, uint64_t *row)
+/* Evenly spread in the polygon of a value; of the least or largest one at its corner. */
+static void put_on_value(taker *to, const corners *c, double value, uint64_t *row)
 {
-    double polygon[4][4], areas[2], weights[4];
-    int count = cut_tet(to->tet, value, polygon);
-    if (!count) return;
-    double area = measure_polygon(to->tet, count, polygon, areas);
+    double polygon[4][4], areas[2], weights[4] = {0};
+    int count = cut_tet(c, value, polygon);
+    if (!count) {
+        int at = 0;
+        while (at < 3 && c->s[at] != (value > c->low ? c->high : c->low)) at++;
+        weights[at] = 1;
+        put(to, c, weights);
+        return;
+    }
+    double area = measure_polygon(c, count, polygon, areas);
     double a = throw_die(row), b = throw_die(row);
-    int first = throw_die(row) * area < areas[0] ? 1 : 2;
+    int first = throw_die(row) * area < areas[0] || count < 4 ? 1 : 2;
     if (a + b > 1) {
         a = 1 - a;
         b = 1 - b;
     }
-    first = first < count - 1 ? first : 1;
     for (int i = 0; i < 4; i++)
         weights[i] =
             (1 - a - b) * polygon[0][i] + a * polygon[first][i] + b * polygon[first + 1][i];
-    take(to, weights);
-}
-
-static void sample_value(taker *to, double value)
-{
-    uint64_t row = to->tet->seed ^ mix_bits(bits_of(value));
-    uint64_t points = points_of(area_at(to->tet, value), to->j->area, &row);
-    for (uint64_t i = 0; i < points; i++) take_on_value(to, value, &row);
+    put(to, c, weights);
 }
 
 /* Evenly spread in the tet: weights are the differences of three sorted numbers. */
-static void sample_volume(taker *to)
+static void put_in_volume(taker *to, const corners *c, uint64_t *row)
 {
-    uint64_t row = to->tet->seed;
-    uint64_t points = points_of(vec_length(to->tet->slope) / 6, to->j->area, &row);
-    for (uint64_t i = 0; i < points; i++) {
-        double a = throw_die(&row), b = throw_die(&row), c = throw_die(&row);
-        double least = fmin(fmin(a, b), c), most = fmax(fmax(a, b), c);
-        double middle = fmax(fmin(a, b), fmin(fmax(a, b), c));
-        double weights[4] = {least, middle - least, most - middle, 1 - most};
-        take(to, weights);
-    }
+    double x = throw_die(row), y = throw_die(row), z = throw_die(row);
+    double least = fmin(fmin(x, y), z), most = fmax(fmax(x, y), z);
+    double middle = fmax(fmin(x, y), fmin(fmax(x, y), z));
+    double weights[4] = {least, middle - least, most - middle, 1 - most};
+    put(to, c, weights);
 }
 
-static void sample_layers(taker *to)
+/* Which of the parts a die shows; those behind the last one with a share are left out. */
+static int pick(const double *shares, int count, double die)
+{
+    int found = 0;
+    double sum = 0, below = 0;
+    for (int i = 0; i < count; i++) sum += shares[i];
+    for (int i = 0; i < count && below <= die * sum; below += shares[i++])
+        if (shares[i] > 0) found = i;
+    return found;
+}
+
+static void sample_layers(taker *to, const corners *c, uint64_t points, uint64_t *row)
 {
     layer layers[3];
-    double integral = 0;
-    uint64_t row = to->tet->seed;
-    int count = cut_layers(to->j, to->tet, layers);
-    for (int i = 0; i < count; i++) integral += layers[i].integral;
-    uint64_t points = points_of(integral, to->j->area, &row);
+    double shares[3];
+    int count = cut_layers(to->j, c, layers);
+    for (int i = 0; i < count; i++) shares[i] = layers[i].integral;
     for (uint64_t i = 0; i < points; i++) {
-        int at = 0;
-        double part = throw_die(&row) * integral;
-        while (at < count - 1 && part >= layers[at].integral) part -= layers[at++].integral;
-        take_on_value(to, value_at(&layers[at], throw_die(&row)), &row);
+        const layer *l = &layers[pick(shares, count, throw_die(row))];
+        put_on_value(to, c, value_at(l, throw_die(row)), row);
     }
 }
 
-static void sample_tet(taker *to)
+static void sample_values(taker *to, const corners *c, uint64_t points, uint64_t *row)
 {
+    double shares[TL_SLICE_VALUES_MAX];
     const job *j = to->j;
-    const corners *c = to->tet;
-    if (!j->opts->value_count && is_within(j, c)) sample_volume(to);
-    if (!j->opts->value_count && !is_within(j, c)) sample_layers(to);
-    for (size_t k = first_value(j, c->low); k < j->opts->value_count && j->values[k] <= c->high;
-         k++)
-        sample_value(to, j->values[k]);
-}
-
-static void sample_piece(taker *to, size_t begin, size_t end)
-{
-    corners c;
-    for (size_t t = begin; t < end; t++) {
-        to->tet = &c;
-        if (load_tet(to->j, t, &c)) sample_tet(to);
-    }
-    to->tet = NULL;
+    const double *values = j->values + first_value(j, c->low),
+                 *end = j->values + j->opts->value_count;
+    int count = 0;
+    for (; values + count < end && values[count] <= c->high; count++)
+        shares[count] = area_at(c, values[count]);
+    for (uint64_t i = 0; i < points; i++)
+        put_on_value(to, c, values[pick(shares, count, throw_die(row))], row);
 }
 
 static tl_status count_pieces(void *arg, size_t begin, size_t end, unsigned worker)
 {
     (void)worker;
     const job *j = arg;
-    taker to = {.j = j};
-    sample_piece(&to, begin, end);
-    j->starts[begin / TLI_SLICE_TETS] = to.count;
+    uint64_t row, sum = 0;
+    for (size_t t = begin; t < end; t++) sum += points_of(j, t, &row);
+    j->starts[begin / TLI_SLICE_TETS] = (size_t)sum;
     return TL_OK;
 }
 
@@ -443,8 +436,18 @@ static tl_status write_pieces(void *arg, size_t begin, size_t end, unsigned work
 {
     (void)worker;
     const job *j = arg;
-    taker to = {.j = j, .next = j->starts[begin / TLI_SLICE_TETS], .write = true};
-    sample_piece(&to, begin, end);
+    corners c;
+    taker to = {j, j->starts[begin / TLI_SLICE_TETS]};
+    for (size_t t = begin; t < end; t++) {
+        uint64_t row, points = points_of(j, t, &row);
+        if (!points || !load_tet(j, t, &c)) continue;
+        if (j->opts->value_count)
+            sample_values(&to, &c, points, &row);
+        else if (!is_within(j, &c))
+            sample_layers(&to, &c, points, &row);
+        else
+            for (uint64_t i = 0; i < points; i++) put_in_volume(&to, &c, &row);
+    }
     return TL_OK;
 }
 
@@ -484,7 +487,7 @@ static tl_status set_area(job *j, size_t pieces)
 {
     double sum = 0;
     tl_status st = tli_parallel(j->ctx, j->mesh->tet_count, TLI_SLICE_TETS, measure_pieces, j);
-    for (size_t p = 0; !st && p < pieces; p++) sum += j->areas[p];
+    for (size_t p = 0; !st && p < pieces; p++) sum += j->sums[p];
     j->area = j->opts->area > 0 ? j->opts->area : rounded(sum / (double)j->opts->count);
     if (!st && !(sum < TL_NONE * j->area) && sum > 0)
         return tl_fail(j->ctx, TL_ERR_UNSUPPORTED,
@@ -516,7 +519,8 @@ static tl_status sample(job *j)
     tl_status st = TL_OK;
     size_t tets = j->mesh->tet_count, pieces = (tets + TLI_SLICE_TETS - 1) / TLI_SLICE_TETS;
     j->hashes = tl_mem_alloc(j->ctx, j->mesh->vert_count, sizeof *j->hashes, &st);
-    j->areas = tl_mem_zalloc(j->ctx, pieces, sizeof *j->areas, &st);
+    j->areas = tl_mem_alloc(j->ctx, tets, sizeof *j->areas, &st);
+    j->sums = tl_mem_alloc(j->ctx, pieces, sizeof *j->sums, &st);
     j->starts = tl_mem_zalloc(j->ctx, pieces + 1, sizeof *j->starts, &st);
     if (!st) st = tli_parallel(j->ctx, j->mesh->vert_count, GRAIN, hash_verts, j);
     if (!st) st = set_area(j, pieces);
@@ -557,6 +561,7 @@ tl_status tl_slice_points(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar
     }
     tl_mem_free(ctx, j.carried);
     tl_mem_free(ctx, j.starts);
+    tl_mem_free(ctx, j.sums);
     tl_mem_free(ctx, j.areas);
     tl_mem_free(ctx, j.hashes);
     if (st) {
