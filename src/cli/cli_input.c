@@ -90,7 +90,10 @@ int cli_open_with(cli_session *session, tl_ctx *ctx, const char *path, const tl_
     input->seconds = cli_now() - start;
     input->notes_end = session->notes_bytes;
     cli_progress_clear(&session->progress);
-    return st ? cli_fail(session, ctx, st) : CLI_DONE;
+    if (st) return cli_fail(session, ctx, st);
+    input->tet_count = tl_mesh_tet_count(input->mesh);
+    input->vert_count = tl_mesh_vert_count(input->mesh);
+    return CLI_DONE;
 }
 
 int cli_open_volume(cli_session *session, tl_ctx *ctx, const char *path, cli_input *input)
@@ -276,8 +279,7 @@ double cli_diagonal(const tl_mesh *mesh)
 void cli_print_input(cli_session *session, const char *label, const cli_input *input)
 {
     printf("%-10s  %s: %s tets, %s vertices (%s, %s)\n", label, input->path,
-           cli_count(tl_mesh_tet_count(input->mesh)).s,
-           cli_count(tl_mesh_vert_count(input->mesh)).s,
+           cli_count(input->tet_count).s, cli_count(input->vert_count).s,
            cli_bytes((double)cli_file_bytes(input->path)).s, cli_seconds(input->seconds).s);
     cli_print_notes_between(session, input->notes_begin, input->notes_end);
 }

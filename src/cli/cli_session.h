@@ -19,6 +19,7 @@ struct cli_session {
 typedef struct cli_input {
     const char *path;
     tl_mesh *mesh;
+    size_t tet_count, vert_count; /* as they were read */
     tl_read_report report;
     double seconds;
     size_t notes_begin, notes_end; /* in the notes of the session */
