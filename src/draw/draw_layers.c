@@ -121,8 +121,7 @@ static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worke
 {
     const placing *p = arg;
     (void)worker;
-    for (size_t v = begin; v < end; v++)
-        tli_frame_place(p->frame, p->xyz + 3 * v, p->places[v]);
+    for (size_t v = begin; v < end; v++) tli_frame_place(p->frame, p->xyz + 3 * v, p->places[v]);
     return TL_OK;
 }
 
