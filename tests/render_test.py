@@ -250,6 +250,29 @@ class Render(unittest.TestCase):
             self.assertGreater(said["patches"], 0)
             self.assertIsNotNone(said["error_px"])
 
+    def test_points(self):
+        image, said = self.draw("--points", "value=5000")
+        self.assertGreater((image != 255).any(axis=2).sum(), 500)
+        self.assertEqual(said["channels"][0]["channel"], "value")
+
+    def test_lines(self):
+        """Lines of a uniform flow along x are horizontal strokes from side to side; a box picks those that stay."""
+        words = ["--derive", "u=vec(1,0,0)", "--lines", "u:flat,width=2", "--view", "-y", "--parallel"]
+        image, _ = self.draw(*words, "--seeds", "line:0,0,-0.5,0,0,0.5:2")
+        seen = (image != 255).any(axis=2)
+        rows = seen.sum(axis=1)
+        self.assertTrue(2 <= (rows > 100).sum() <= 6)
+        self.assertEqual((rows[rows > 0] < 100).sum(), 0)
+        some, _ = self.draw(*words, "--seeds", "line:0,0,-0.5,0,0,0.5:2", "--box=-1,-1,0,1,1,1")
+        dark = 255 - some.min(axis=2)
+        self.assertGreater(dark[60:].max(), 2 * dark[:60].max())
+        self.assertGreater(dark[:60].max(), 5)
+
+    def test_arrows_move(self):
+        done = run("render", self.grid, "-o", self.path("a%d.png"), "--size", "160x120", "--frames", "2", "-q", "--derive", "u=vec(1,0,0)",
+                   "--lines", "u:arrows,width=3", "--seeds", "grid:4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_figures_of_a_picture(self):
         _, said = self.draw()
         for key in ("tets", "patches", "seconds", "error_px", "renderer", "peak_bytes"):
@@ -285,6 +308,11 @@ class Render(unittest.TestCase):
                                     (2, ["-o", "p.png", "--surface", "value=1:pinkish"], "'pinkish' is no colour"),
                                     (2, ["-o", "p.png", "--surface", "heat=1"], "'value'"),
                                     (2, ["-o", "p.png", "--color-by", "heat"], "'value'"),
+                                    (2, ["-o", "p.png", "--lines", "heat"], "heat"),
+                                    (2, ["-o", "p.png", "--derive", "u=vec(1,0,0)", "--lines", "u:thick"], "'thick' is none of"),
+                                    (1, ["-o", "p.png", "--derive", "u=vec(1,0,0)", "--lines", "u", "--seeds", "x"], "no words of --seeds"),
+                                    (2, ["-o", "p.png", "--points", "value=many"], "expected CHANNEL=NUMBER"),
+                                    (2, ["-o", "p.png", "--points", "heat"], "'value'"),
                                     (2, ["-o", "p.png", "--slice", "w=1"], "expected X,Y,Z,NX,NY,NZ"),
                                     (2, ["-o", "p.png", "--slice", "0,0,0,0,0,0"], "expected X,Y,Z,NX,NY,NZ"),
                                     (2, ["-o", "p.png", "--background", "#12"], "expected none or a colour"),

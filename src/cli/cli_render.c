@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli_camera.h"
+#include "cli_flow.h"
 #include "cli_scene.h"
 
 static const cli_option PICTURE[] = {
@@ -42,6 +43,15 @@ static const cli_option THINGS[] = {
     {CLI_LIT, 0, "lit", CLI_TYPE_FLAG, NULL, NULL, 0, 0, "light on the volume"},
     {CLI_SURFACE, 0, "surface", CLI_TYPE_LIST, "CHANNEL=V[%][:COLOUR][:OPACITY]", NULL, 0, 0,
      "the isosurface at a value, or at a part of the channel's range"},
+    {CLI_POINTS, 0, "points", CLI_TYPE_TEXT, "CHANNEL[=N]", NULL, 0, 0,
+     "some N points (200,000) on isosurfaces of all values"},
+    {CLI_LINES, 0, "lines", CLI_TYPE_TEXT, "CHANNEL[:WORDS]", NULL, 0, 0,
+     "streamlines of vectors; words between commas: tubes, flat, width=PX, halo, arrows, dash "
+     "(these two move along in frames), opacity=O"},
+    {CLI_SEEDS, 0, "seeds", CLI_TYPE_TEXT, "SEEDS", "grid", 0, 0,
+     "where lines begin: " CLI_SEEDS_WORDS},
+    {CLI_BOX, 0, "box", CLI_TYPE_TEXT, "X0,Y0,Z0,X1,Y1,Z1", NULL, 0, 0,
+     "lines through this box are drawn full, the others as ghosts"},
     {CLI_SLICE, 0, "slice", CLI_TYPE_LIST, "PLANE", NULL, 0, 0,
      "the values on a plane: X,Y,Z,NX,NY,NZ (a point and a normal), or x, y=V, z=P% of the box"},
     {CLI_BOUNDARY, 0, "boundary", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
@@ -104,7 +114,8 @@ static tl_status make_frame(request *r, size_t frame)
     tl_image *image = NULL;
     const tl_camera *camera = &r->cameras[frame];
     tl_ctx *ctx = r->scene.session->ctx;
-    tl_status st = cli_scene_draw(&r->scene, camera, &image);
+    tl_status st =
+        cli_scene_draw(&r->scene, camera, (double)frame / (double)r->picture.frame_count, &image);
     const double start = cli_now();
     if (!st) st = annotate(r, camera, image);
     if (!st && !r->picture.transparent) tl_image_flatten(image, r->picture.background);

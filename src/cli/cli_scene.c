@@ -240,6 +240,7 @@ static int take_words(cli_scene *scene)
     const cli_value *volume = cli_get(session, CLI_VOLUME), *color = cli_get(session, CLI_COLOR_BY);
     const cli_value *surfaces = cli_get(session, CLI_SURFACE),
                     *points = cli_get(session, CLI_POINTS);
+    const cli_value *lines = cli_get(session, CLI_LINES);
     int failed = CLI_DONE;
     scene->boundary = cli_get(session, CLI_BOUNDARY)->given;
     scene->edges = cli_get(session, CLI_EDGES)->given;
@@ -255,6 +256,7 @@ static int take_words(cli_scene *scene)
     for (size_t i = 0; !failed && i < surfaces->item_count; i++)
         failed = take_surface(scene, surfaces->items[i]);
     if (!failed && points->given) failed = take_points(scene, points->text);
+    if (!failed && lines->given) failed = cli_swarm_lines(scene, lines->text);
     if (!failed) failed = take_slices(scene);
     return failed;
 }
@@ -263,7 +265,7 @@ static int take_words(cli_scene *scene)
 static bool shows_something(const cli_scene *scene)
 {
     return scene->volume_shade || scene->iso_count || scene->slice_count || scene->boundary ||
-           scene->patches || scene->levels || scene->points_shade || scene->lines[0];
+           scene->patches || scene->levels || scene->points_shade || scene->lines.name[0];
 }
 
 int cli_scene_plan(cli_scene *scene)
@@ -283,13 +285,13 @@ int cli_scene_plan(cli_scene *scene)
         if (!colors && !lines) return first_look(scene);
         scene->boundary = colors;
     }
-    if (scene->slice_count && !scene->color_shade) { /* planes show a channel */
-        const tl_channel *channel = most_interesting(scene->mesh);
-        if (channel)
-            failed = get_shade(scene, channel->name, NULL, cli_get(scene->session, CLI_LOG)->given,
-                               &shade);
-        scene->color_shade = shade;
-    }
+    if (scene->color_shade || (!scene->slice_count && !scene->lines.name[0])) return CLI_DONE;
+    /* planes show a channel, lines their speed */
+    const tl_channel *channel = most_interesting(scene->mesh);
+    const char *name = scene->lines.name[0] ? scene->lines.name : channel ? channel->name : NULL;
+    if (name)
+        failed = get_shade(scene, name, NULL, cli_get(scene->session, CLI_LOG)->given, &shade);
+    scene->color_shade = shade;
     return failed;
 }
 
@@ -300,7 +302,7 @@ static bool visible_bins(const cli_scene *scene, float *bins)
 {
     const cli_volume *volume = &scene->volume;
     enum { STEPS = 16 };
-    if (scene->color_shade || scene->points_shade || scene->slice_count || scene->lines[0])
+    if (scene->color_shade || scene->points_shade || scene->slice_count || scene->lines.name[0])
         return false;
     for (size_t i = 0; i <= scene->iso_count; i++) {
         const cli_shade *shade = i ? scene->isos[i - 1].shade : scene->volume_shade;
@@ -330,7 +332,7 @@ static bool visible_bins(const cli_scene *scene, float *bins)
 static size_t needed_names(const cli_scene *scene, const char **names)
 {
     const tl_store_head *head = scene->volume.head;
-    if (scene->lines[0]) return 0;
+    if (scene->lines.name[0]) return 0;
     for (size_t i = 0; i < scene->shade_count; i++) {
         uint32_t c = 0;
         while (c < head->channel_count &&
@@ -371,7 +373,7 @@ static void clear(cli_scene *scene)
     tl_ctx *ctx = scene->session->ctx;
     tl_renderer_destroy(ctx, scene->renderer);
     scene->renderer = NULL;
-    scene->silhouette_item = 0;
+    scene->silhouette_item = scene->lines.items[0] = scene->lines.items[1] = 0;
     tl_edges_destroy(ctx, scene->edge_cache);
     scene->edge_cache = NULL;
     for (size_t i = 0; i < scene->kept_count; i++) {
@@ -419,12 +421,14 @@ int cli_scene_build(cli_scene *scene, const tl_camera *camera)
     if (failed) return failed;
     const double start = cli_now();
     tl_status st = open_renderer(scene);
-    if (!st) st = cli_things_add(scene, camera);
+    if (!st) st = cli_things_add(scene);
+    if (!st && scene->lines.name[0]) failed = cli_swarm_trace(scene);
     scene->extract_seconds += cli_now() - start;
+    if (failed) return failed;
     return st ? cli_fail(scene->session, scene->session->ctx, st) : CLI_DONE;
 }
 
-tl_status cli_scene_draw(cli_scene *scene, const tl_camera *camera, tl_image **image)
+tl_status cli_scene_draw(cli_scene *scene, const tl_camera *camera, double t, tl_image **image)
 {
     tl_ctx *ctx = scene->session->ctx;
     tl_image *fine = NULL;
@@ -434,6 +438,7 @@ tl_status cli_scene_draw(cli_scene *scene, const tl_camera *camera, tl_image **i
     for (int k = 0; k < 2; k++) large.size_px[k] *= samples;
     *image = NULL;
     tl_status st = scene->silhouettes ? cli_things_silhouettes(scene, camera) : TL_OK;
+    if (!st && scene->lines.name[0]) st = cli_swarm_add_lines(scene, t);
     if (!st) st = tl_image_create(ctx, large.size_px[0], large.size_px[1], &fine);
     if (!st) st = tl_renderer_draw(ctx, scene->renderer, &large, fine);
     if (!st) st = tl_image_reduce(ctx, fine, samples, image);

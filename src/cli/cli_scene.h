@@ -47,6 +47,17 @@ typedef struct cli_iso {
     bool has_color;
 } cli_iso;
 
+/* Streamlines: how they look and, of the frame, what they are. */
+typedef struct cli_lines {
+    char name[CLI_NAME_BYTES]; /* the channel; "": none are wanted */
+    tl_line_opts shape;        /* pixels of the final picture */
+    double opacity;
+    bool has_box; /* lines through it are drawn full, others as ghosts */
+    double box[6];
+    const tl_polydata *parts[2]; /* those, and the ghosts or NULL */
+    tl_item items[2];
+} cli_lines;
+
 /* What was made for the renderer, and is released when it is done with. */
 typedef struct cli_kept {
     tl_polydata *polydata;
@@ -70,7 +81,7 @@ typedef struct cli_scene {
     size_t slice_count;
     bool boundary, edges, silhouettes, patches, levels;
     size_t points_wanted;
-    char lines[CLI_NAME_BYTES]; /* the words of --lines, "": none */
+    cli_lines lines;
     /* of the frame */
     cli_kept *kept;
     size_t kept_count;
@@ -86,13 +97,20 @@ int cli_scene_plan(cli_scene *scene);
 /* Takes the mesh of a view out of the model (the first time of a file, too) and makes all that is
  * drawn of it. */
 int cli_scene_build(cli_scene *scene, const tl_camera *camera);
-/* Draws it; silhouettes are those of the camera. Gives *image. */
-tl_status cli_scene_draw(cli_scene *scene, const tl_camera *camera, tl_image **image);
+/* Draws it; silhouettes are those of the camera; t: 0 to 1 in all frames, by which arrows and
+ * dashes have moved. Gives *image. */
+tl_status cli_scene_draw(cli_scene *scene, const tl_camera *camera, double t, tl_image **image);
 void cli_scene_close(cli_scene *scene);
 
 /* The parts of cli_scene_build in cli_things.c: adds things to the renderer. */
-tl_status cli_things_add(cli_scene *scene, const tl_camera *camera);
+tl_status cli_things_add(cli_scene *scene);
 tl_status cli_things_silhouettes(cli_scene *scene, const tl_camera *camera);
+/* Points and streamlines, cli_swarm.c: the words of --lines; following them, in the mesh of the
+ * view; adding them to the renderer, moved. */
+int cli_swarm_lines(cli_scene *scene, const char *text);
+int cli_swarm_trace(cli_scene *scene);
+tl_status cli_swarm_add_lines(cli_scene *scene, double t);
+tl_status cli_swarm_add_points(cli_scene *scene);
 /* Keeps what the renderer borrows; takes it over also on failure. */
 tl_status cli_scene_keep(cli_scene *scene, cli_kept kept);
 /* Name of a colour or #RRGGBB or R,G,B to sRGB; false for anything else. */

@@ -152,7 +152,7 @@ static tl_status add_boundary(cli_scene *scene)
     tl_look look = look_of(scene->color_shade, triangles);
     look.specular = look.scalar ? 0.05 : look.specular;
     if (scene->volume_shade || scene->iso_count || scene->slice_count || scene->points_shade ||
-        scene->lines[0])
+        scene->lines.name[0])
         look.opacity = GLASS;
     return tl_renderer_add_surface(ctx, scene->renderer, triangles, &look, NULL);
 }
@@ -211,8 +211,8 @@ static int by_number(const void *a, const void *b)
 }
 
 /* Of each tet of a cut's mesh the place of its patch, or its level: the mesh has the patches one
- * after another, by number. Adds it as a channel on tets. *most receives the largest. */
-static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh, double *most)
+ * after another, by number. Adds it as a channel on tets. */
+static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh)
 {
     tl_status st = TL_OK;
     tl_ctx *ctx = scene->session->ctx;
@@ -220,14 +220,12 @@ static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh, double *most)
     const uint32_t *drawn = tl_cut_patches(scene->volume.cut, &count);
     uint32_t *numbers = tl_mem_alloc(ctx, count, sizeof *numbers, &st);
     double *of_tet = tl_mem_alloc(ctx, tl_mesh_tet_count(mesh), sizeof *of_tet, &st);
-    *most = 0;
     if (!st) memcpy(numbers, drawn, count * sizeof *numbers);
     if (!st) qsort(numbers, count, sizeof *numbers, by_number);
     for (size_t i = 0; !st && i < count; i++) {
         tl_patch_info info;
         st = tl_store_patch(ctx, scene->volume.store, numbers[i], &info);
         const double mark = scene->levels ? (double)(st ? 0 : info.level) : (double)i;
-        *most = fmax(*most, mark);
         for (uint32_t t = 0; !st && t < info.tet_count; t++) of_tet[tet++] = mark;
     }
     const tl_channel marks = {
@@ -239,11 +237,12 @@ static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh, double *most)
 }
 
 /* Levels by a colour map, the finest brightest; patches by turns of the palette. */
-static tl_status mark_colors(cli_scene *scene, double most, tl_transfer **transfer)
+static tl_status mark_colors(cli_scene *scene, tl_transfer **transfer)
 {
     tl_color_point colors[2 * PALETTE_COUNT];
     const tl_opacity_point solid = {0, 1};
-    const size_t count = scene->levels ? (size_t)fmin(most + 1, PALETTE_COUNT) : PALETTE_COUNT;
+    const size_t levels = scene->volume.head->level_count;
+    const size_t count = !scene->levels || levels > PALETTE_COUNT ? (size_t)PALETTE_COUNT : levels;
     size_t map_count;
     const tl_color_point *map = tl_colormap("viridis", &map_count);
     for (size_t i = 0; i < count; i++) {
@@ -311,13 +310,12 @@ static tl_status add_marked_surface(cli_scene *scene, const tl_mesh *mesh, size_
 static tl_status add_marks(cli_scene *scene)
 {
     tl_mesh *mesh = NULL;
-    double most = 0;
     size_t channel = 0;
     tl_status st =
         tl_cut_mesh(scene->volume.cut, scene->volume.channels, scene->volume.channel_count, &mesh);
-    if (!st) st = mark_tets(scene, mesh, &most);
+    if (!st) st = mark_tets(scene, mesh);
     if (!st && cli_derive(scene->session, scene->volume.bounds, &mesh)) st = TL_ERR_ARG;
-    if (!st && !scene->mark_transfer) st = mark_colors(scene, most, &scene->mark_transfer);
+    if (!st && !scene->mark_transfer) st = mark_colors(scene, &scene->mark_transfer);
     while (!st && strcmp(tl_mesh_channel(mesh, channel)->name, MARKS) != 0) channel++;
     if (!st) st = add_patch_borders(scene, mesh, tl_mesh_channel(mesh, channel)->values);
     if (!st) st = add_marked_surface(scene, mesh, channel);
@@ -325,15 +323,15 @@ static tl_status add_marks(cli_scene *scene)
     return st;
 }
 
-tl_status cli_things_add(cli_scene *scene, const tl_camera *camera)
+tl_status cli_things_add(cli_scene *scene)
 {
     tl_status st = TL_OK;
-    (void)camera;
     if (scene->volume_shade) st = add_volume(scene);
     for (size_t i = 0; !st && i < scene->iso_count; i++) st = add_iso(scene, &scene->isos[i]);
     for (size_t i = 0; !st && i < scene->slice_count; i++) st = add_slice(scene, scene->slices[i]);
     if (!st && (scene->patches || scene->levels)) st = add_marks(scene);
     if (!st && scene->boundary) st = add_boundary(scene);
     if (!st && scene->edges) st = add_edges(scene);
+    if (!st && scene->points_shade) st = cli_swarm_add_points(scene);
     return st;
 }

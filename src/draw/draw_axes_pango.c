@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "base/base_vec.h"
 #include "draw/draw_ticks.h"
@@ -164,21 +165,40 @@ static bool away_from_box(const double *bounds, const tli_frame *frame, const ed
     return true;
 }
 
-/* Writes words whose box touches a place from the side that out points to; returns how far the box
- * reaches. */
-static double write_beside(tli_canvas *canvas, const tli_words *words, const double place[2],
-                           const double out[2], double gap)
+/* Where words stand already: left, right, upper and lower edges. */
+typedef struct taken {
+    double boxes[3 * TLI_TICKS_MAX][4];
+    size_t count;
+} taken;
+
+/* Takes the room of a box; false if some of it is taken. */
+static bool take_room(taken *t, const double box[4])
+{
+    for (size_t i = 0; i < t->count; i++)
+        if (box[0] < t->boxes[i][1] && box[1] > t->boxes[i][0] && box[2] < t->boxes[i][3] &&
+            box[3] > t->boxes[i][2])
+            return false;
+    if (t->count < sizeof t->boxes / sizeof *t->boxes)
+        memcpy(t->boxes[t->count++], box, sizeof *t->boxes);
+    return true;
+}
+
+/* Writes words whose box touches a place from the side that out points to, unless other words stand
+ * there (room may be NULL); returns how far the box reaches. */
+static double write_beside(tli_canvas *canvas, taken *room, const tli_words *words,
+                           const double place[2], const double out[2], double gap)
 {
     double size[2];
     tli_canvas_measure(canvas, words, size);
     const double reach = fabs(out[0]) * size[0] / 2 + fabs(out[1]) * size[1] / 2;
-    tli_canvas_text(canvas, words, place[0] + out[0] * (gap + reach),
-                    place[1] + out[1] * (gap + reach), (double[]){0.5, 0.5});
+    const double x = place[0] + out[0] * (gap + reach), y = place[1] + out[1] * (gap + reach);
+    const double box[4] = {x - size[0] / 2, x + size[0] / 2, y - size[1] / 2, y + size[1] / 2};
+    if (!room || take_room(room, box)) tli_canvas_text(canvas, words, x, y, (double[]){0.5, 0.5});
     return gap + 2 * reach;
 }
 
 static void draw_axis(tli_canvas *canvas, const double *bounds, const tli_frame *frame,
-                      const edge *e, double text_px)
+                      const edge *e, double text_px, taken *room)
 {
     tli_tick ticks[TLI_TICKS_MAX];
     double out[2], xyz[3], from[2], to[2], px[2], reach = 0;
@@ -199,14 +219,14 @@ static void draw_axis(tli_canvas *canvas, const double *bounds, const tli_frame 
         project(frame, xyz, px);
         const double end[2] = {px[0] + out[0] * TICK * text_px, px[1] + out[1] * TICK * text_px};
         tli_canvas_line(canvas, px, end, LINE_WIDTH * text_px, OUTER);
-        reach = fmax(reach, write_beside(canvas, &words, end, out, GAP * text_px));
+        reach = fmax(reach, write_beside(canvas, room, &words, end, out, GAP * text_px));
     }
     tli_exponent_text(exponent, factor);
     snprintf(title, sizeof title, "%s%s%s", NAMES[e->axis], exponent ? " " : "", factor);
     const tli_words words = {.text = title, .scale = 1};
     place_on(bounds, e, 0.5, xyz);
     project(frame, xyz, px);
-    write_beside(canvas, &words, px, out, reach + (TICK + GAP) * text_px);
+    write_beside(canvas, room, &words, px, out, reach + (TICK + GAP) * text_px);
 }
 
 void tli_axes_front(tli_canvas *canvas, const tl_annotation *a, const tli_frame *frame,
@@ -220,11 +240,12 @@ void tli_axes_front(tli_canvas *canvas, const tl_annotation *a, const tli_frame 
             draw_edge(canvas, a->bounds, frame, &e, LINE_WIDTH * text_px,
                       front == 1 ? OUTER : FRONT);
     }
+    taken room = {.count = 0};
     for (int axis = 0; axis < 3 && a->axes; axis++) {
-        edge e;
+        edge e = {axis, {0, 0}};
         if (a->bounds[2 * axis] < a->bounds[2 * axis + 1] &&
             pick_edge(a->bounds, frame, &s, axis, AXIS_LEAST * text_px, &e))
-            draw_axis(canvas, a->bounds, frame, &e, text_px);
+            draw_axis(canvas, a->bounds, frame, &e, text_px, &room);
     }
 }
 
@@ -256,6 +277,6 @@ void tli_triad(tli_canvas *canvas, const tli_frame *frame, uint32_t height, doub
                                       {neck[0] + u[1] * head / 2, neck[1] - u[0] * head / 2}};
         tli_canvas_line(canvas, from, neck, 2 * LINE_WIDTH * text_px, 1);
         tli_canvas_triangle(canvas, corners, COLORS[k]);
-        write_beside(canvas, &words, corners[0], u, GAP * text_px / 2);
+        write_beside(canvas, NULL, &words, corners[0], u, GAP * text_px / 2);
     }
 }
