@@ -192,6 +192,45 @@ static void test_islands(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* What readers do with inverted tets: each is turned alone, so that its neighbours lie on the same
+ * side of their common faces. Levels have no more such faces, wherever patches part; what can't be
+ * simplified at all is many patches without segments. */
+static void test_turned(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(2);
+    const double jitters[2] = {0.35, 0.9};
+    for (int i = 0; i < 2; i++) {
+        make_mesh m = make_islands(29);
+        make_perturb(&m, jitters[i] / 28, 3);
+        size_t turned = 0;
+        for (size_t t = 0; t < m.tet_count; t++) {
+            tl_lidx *q = m.tets + 4 * t, first = q[0];
+            double x[4][3];
+            for (int k = 0; k < 4; k++) memcpy(x[k], m.xyz + 3 * (size_t)q[k], sizeof x[k]);
+            if (tl_tet_volume((const double(*)[3])x) >= 0) continue;
+            q[0] = q[1];
+            q[1] = first;
+            turned++;
+        }
+        CHECK(turned > 0);
+        tl_mesh *mesh = make_object(ctx, &m, bumps);
+        tl_build_opts opts = check_model_opts(1000, 70);
+        tl_store *store = build(ctx, mesh, &opts, "turned");
+        tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
+        tl_cut_check_result found;
+        cuts.cuts = 100;
+        CHECK_OK(ctx, tl_cut_check(ctx, store, NULL, &cuts, &found));
+        CHECK_EQ(found.cuts_tried, 100);
+        CHECK(tl_store_get_head(store)->root_patch_count > (i ? 128u : 0u));
+        tl_cut_check_release(ctx, &found);
+        drop(store, "turned");
+        tl_mesh_destroy(mesh);
+        make_release(&m);
+    }
+    check_ctx_destroy(ctx);
+}
+
 /* The whole file, for comparing. */
 static uint8_t *read_file(const char *path, size_t *bytes)
 {
@@ -383,15 +422,11 @@ static void test_no_values(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_grid),
-        cmocka_unit_test(test_rough),
-        cmocka_unit_test(test_islands),
-        cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_odd),
-        cmocka_unit_test(test_channels),
-        cmocka_unit_test(test_other_data),
-        cmocka_unit_test(test_no_values),
-        cmocka_unit_test(test_numbers_beyond),
+        cmocka_unit_test(test_grid),      cmocka_unit_test(test_rough),
+        cmocka_unit_test(test_turned),    cmocka_unit_test(test_islands),
+        cmocka_unit_test(test_threads),   cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_channels),  cmocka_unit_test(test_other_data),
+        cmocka_unit_test(test_no_values), cmocka_unit_test(test_numbers_beyond),
     };
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -254,8 +254,8 @@ static tl_status prove_levels(const trial *t)
         const uint64_t odd = tli_proof_of_level(t->proof, l)->odd_sides;
         if (odd > least)
             return tl_fail(t->ctx, TL_ERR_DATA,
-                           "level %u does not fit together: %llu sides of faces at borders that "
-                           "are not those of one tet or of two, the finest level has %llu",
+                           "level %u does not fit together: %llu sides of faces that are not those "
+                           "of one tet or of two, the finest level has %llu",
                            l, (unsigned long long)odd, (unsigned long long)least);
     }
     return TL_OK;

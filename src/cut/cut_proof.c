@@ -68,6 +68,22 @@ typedef struct builder {
     size_t leaf_count;
 } builder;
 
+/* Face i of a tet by its vertices in rising order; *side: which way its normal points. numbers:
+ * those of the patch's vertices, or NULL for their places in the patch. */
+static void face_of(const uint32_t *numbers, const uint16_t *tet, unsigned i, int64_t key[3],
+                    unsigned *side)
+{
+    unsigned turns = 0;
+    for (int k = 0; k < 3; k++) {
+        const uint16_t v = tet[tli_tet_faces[i][k]];
+        const int64_t vert = numbers ? numbers[v] : v;
+        int at = k;
+        for (; at && key[at - 1] > vert; at--, turns++) key[at] = key[at - 1];
+        key[at] = vert;
+    }
+    *side = turns & 1;
+}
+
 /* ---- decoding, on all threads ---- */
 
 static uint64_t mix(uint64_t hash, uint64_t value)
@@ -94,6 +110,25 @@ static tl_status hash_values(tl_ctx *ctx, const builder *b, uint32_t id, raw *r)
     return st;
 }
 
+/* Sides of faces inside of a patch that have both tets on one side, as where the reader has turned
+ * an inverted tet. What lies between shared vertices is told of by add_faces. */
+static uint64_t count_odd_inside(const tl_patch *patch)
+{
+    uint64_t count = 0;
+    for (uint32_t t = 0; t < patch->tet_count; t++)
+        for (unsigned i = 0; i < 4; i++) {
+            const uint32_t o = patch->opposite[t][i];
+            int64_t key[3];
+            unsigned sides[2];
+            if (o == TL_NONE || o / 4 < t) continue;
+            face_of(NULL, patch->tets[t], i, key, &sides[0]);
+            if (patch->shared[key[0]] && patch->shared[key[1]] && patch->shared[key[2]]) continue;
+            face_of(NULL, patch->tets[o / 4], o % 4, key, &sides[1]);
+            if (sides[0] == sides[1]) count += 2;
+        }
+    return count;
+}
+
 static tl_status add_up(tl_ctx *ctx, const tl_lattice *lattice, const tl_patch *patch,
                         tli_proof_sums *sums)
 {
@@ -103,6 +138,7 @@ static tl_status add_up(tl_ctx *ctx, const tl_lattice *lattice, const tl_patch *
     for (uint32_t v = 0; v < patch->vert_count; v++)
         tl_lattice_xyz(lattice, patch->places[v], xyz[v]);
     sums->tets = patch->tet_count;
+    sums->odd_sides = count_odd_inside(patch);
     for (uint32_t t = 0; t < patch->tet_count; t++) {
         double p[4][3];
         for (int i = 0; i < 4; i++) memcpy(p[i], xyz[patch->tets[t][i]], sizeof p[i]);
@@ -191,27 +227,13 @@ static tl_status shared_vert(builder *b, uint32_t id, uint32_t level, const raw 
 
 /* ---- faces ---- */
 
-/* Face i of a tet by its vertices in rising order; *side: which way its normal points. */
-static void face_of(const builder *b, const uint16_t *tet, unsigned i, int64_t key[3],
-                    unsigned *side)
-{
-    unsigned turns = 0;
-    for (int k = 0; k < 3; k++) {
-        const int64_t vert = b->local[tet[tli_tet_faces[i][k]]];
-        int at = k;
-        for (; at && key[at - 1] > vert; at--, turns++) key[at] = key[at - 1];
-        key[at] = vert;
-    }
-    *side = turns & 1;
-}
-
 static tl_status add_side(builder *b, const uint16_t *tet, unsigned i)
 {
     tli_proof *p = b->proof;
     int64_t key[3];
     unsigned side;
     uint32_t face;
-    face_of(b, tet, i, key, &side);
+    face_of(b->local, tet, i, key, &side);
     tl_status st = tli_keys_take(&b->faces, key, 0, &face);
     if (!st && face > TL_NONE / 2 - 1)
         st = tl_fail(b->ctx, TL_ERR_UNSUPPORTED, "more than %u faces at borders of patches",
@@ -286,6 +308,7 @@ static void add_sums(tli_proof_sums *to, const tli_proof_sums *from)
     to->tets += from->tets;
     to->inverted += from->inverted;
     to->flat += from->flat;
+    to->odd_sides += from->odd_sides;
 }
 
 /* What a level as a whole has at a face of a side; new faces are those from first_face on. */
@@ -324,6 +347,7 @@ static tl_status finish_level(builder *b, uint32_t level, size_t first, uint32_t
         for (size_t i = 0; !st && i < f->side_count; i++)
             st = note_side(b, level, counts, p->sides[f->first_side + i], first_face);
     }
+    p->levels[level].odd_sides += p->levels[level].sums.odd_sides;
     tl_mem_free(b->ctx, counts);
     return st;
 }

@@ -14,6 +14,7 @@ typedef struct tli_proof tli_proof;
 typedef struct tli_proof_sums {
     double volume; /* mesh units cubed */
     uint64_t tets, inverted, flat;
+    uint64_t odd_sides; /* as below, of faces that only one patch can have */
 } tli_proof_sums;
 
 /* Decodes every patch once, on the pool. TL_ERR_DATA if patches of one level give a vertex

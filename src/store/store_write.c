@@ -58,7 +58,8 @@ static tl_status plan(tli_store_writer *w, const tl_store_head *head)
     w->page_target = (size_t)(all / PAGES_AIM > PAGE_BYTES ? all / PAGES_AIM : PAGE_BYTES);
     uint64_t pages = 3 + all / w->page_target + head->root_patch_count / ROOT_GROUP_MAX;
     uint64_t head_bytes = tli_head_bytes(head, w->codec.byte_count, 1);
-    if (head_bytes + whole <= TLI_STORE_FIRST_BYTES) pages = 1;
+    if (head_bytes + whole <= TLI_STORE_FIRST_BYTES && head->root_patch_count <= ROOT_GROUP_MAX)
+        pages = 1;
     head_bytes = tli_head_bytes(head, w->codec.byte_count, (uint32_t)pages);
     uint64_t room = tli_store_align(one + FIRST_PAGE_BYTES);
     if (head_bytes + room < TLI_STORE_FIRST_BYTES) room = TLI_STORE_FIRST_BYTES - head_bytes;
