@@ -2,7 +2,7 @@
  * rays, a camera inside; the same picture for any kernel and any number of threads. */
 #include "check.h"
 
-#include "draw/draw_cast.h"
+#include "draw/draw_layers.h"
 
 #include "make_mesh.h"
 #include "make_scene.h"
@@ -200,6 +200,80 @@ static tl_image *draw_cube(tl_ctx *ctx, double size, bool parallel)
     return image;
 }
 
+/* White fog in low, middle or high values of the height; what is clear is passed over, with the
+ * rest of the table as it is. */
+static void clear_values_change_nothing(void **state)
+{
+    (void)state;
+    static const double peaks[][4] = {{0.3, 0.4, 0.6, 0.7}, {-1, -0.5, 0.2, 0.4}, {0.5, 0.8, 3, 4}};
+    static const tl_color_point white = {0, {1, 1, 1}};
+    tl_ctx *ctx = check_context(2);
+    make_mesh m = make_grid(14);
+    tl_camera camera = make_camera(true);
+    make_shuffle(&m, 11);
+    for (int i = 0; i < 3; i++) {
+        const double *p = peaks[i], top = -expm1(-3);
+        tl_opacity_point o[6] = {{p[0], 0}, {p[1], top}, {p[2], top}, {p[3], 0}};
+        tl_transfer *t = NULL;
+        CHECK_OK(ctx, tl_transfer_create(ctx, &white, 1, o, 4, 1, &t));
+        double sum = 0, step = 1e-4;
+        for (double at = step / 2; at < 1; at += step) {
+            float rgb[3];
+            double extinction;
+            tl_transfer_at(t, at, rgb, &extinction);
+            sum += step * extinction;
+        }
+        tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+        CHECK_NEAR(middle(image), -expm1(-sum), 1e-4);
+        tl_image_destroy(ctx, image);
+        tl_transfer_destroy(ctx, t);
+    }
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
+/* The kernel for any processor, and the one for this. */
+static void same_for_all_kernels(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_context(1);
+    make_mesh m = make_grid(14);
+    make_perturb(&m, 0.004, 9);
+    tl_mesh *mesh = make_object(ctx, &m, height);
+    tl_camera camera = make_camera(false);
+    tl_transfer *t = make_fog(ctx, 0.2, 0, 0.9, 30);
+    tli_item item = {.scalar = tl_mesh_channel(mesh, 0)->values, .transfer = t};
+    const tli_cast_fn kernels[2] = {tli_cast_base, tli_cast_best()};
+    tli_tile tiles[2];
+    tl_image *image = NULL;
+    tl_volume *volume = NULL;
+    tli_volume_view view;
+    tli_frame frame;
+    CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
+    CHECK_OK(ctx, tli_volume_opts_take(ctx, NULL, &item.volume_opts));
+    item.volume = volume;
+    CHECK_OK(ctx, tl_image_create(ctx, MAKE_SIDE, MAKE_SIDE, &image));
+    CHECK_OK(ctx, tli_frame_set(ctx, &camera, image, &frame));
+    CHECK_OK(ctx, tli_volume_view_open(ctx, &item, &frame, image, &view));
+    for (int i = 0; i < 2; i++) {
+        tiles[i] = (tli_tile){.ctx = ctx, .frame = &frame};
+        tli_tile_load(&tiles[i], image, 0, 0);
+        CHECK_OK(ctx, tli_tile_sort(&tiles[i]));
+        view.follow = kernels[i];
+        CHECK_OK(ctx, tli_volume_view_draw(&view, 0, &tiles[i]));
+        tl_mem_free(ctx, tiles[i].hits);
+    }
+    CHECK(tiles[0].rgba[TLI_TILE_PIXELS - 1][3] > 0);
+    CHECK(memcmp(tiles[0].rgba, tiles[1].rgba, sizeof tiles[0].rgba) == 0);
+    tli_volume_view_close(ctx, &view);
+    tl_image_destroy(ctx, image);
+    tl_volume_destroy(ctx, volume);
+    tl_transfer_destroy(ctx, t);
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
 /* From nanometres to galaxies: products of two lengths leave the range of float32. */
 static void meshes_of_any_size(void **state)
 {
@@ -292,10 +366,16 @@ static void transfer_functions(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fog_has_its_depth),  cmocka_unit_test(linear_fields_are_exact),
-        cmocka_unit_test(cavities_are_empty), cmocka_unit_test(same_for_all_threads),
-        cmocka_unit_test(hostile_meshes),     cmocka_unit_test(transfer_functions),
-        cmocka_unit_test(meshes_of_any_size), cmocka_unit_test(empty_meshes_show_nothing),
+        cmocka_unit_test(fog_has_its_depth),
+        cmocka_unit_test(linear_fields_are_exact),
+        cmocka_unit_test(cavities_are_empty),
+        cmocka_unit_test(same_for_all_threads),
+        cmocka_unit_test(hostile_meshes),
+        cmocka_unit_test(transfer_functions),
+        cmocka_unit_test(meshes_of_any_size),
+        cmocka_unit_test(empty_meshes_show_nothing),
+        cmocka_unit_test(clear_values_change_nothing),
+        cmocka_unit_test(same_for_all_kernels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

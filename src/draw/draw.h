@@ -37,6 +37,8 @@ struct tl_transfer {
     /* integrals by steps of extinction times colour, and of extinction */
     float sums[TLI_TRANSFER_STEPS + TLI_TRANSFER_STEPS / TLI_SUM_STEPS + 5][4];
     float bases[TLI_TRANSFER_STEPS / TLI_SUM_STEPS + 2][4];
+    double clear[2]; /* steps: of values up to the first and from the second on, and around them as
+                        much as a step, nothing is seen */
 };
 
 /* ---- volumes ---- */
@@ -97,10 +99,16 @@ typedef struct tli_doors {
     const tli_frame *frame;
     const tli_vert *verts;
     uint32_t width, height;
-    tli_tiling tiling; /* of doors */
+    const tl_lidx *faces; /* [face_count] doors */
+    size_t face_count;
+    tl_lidx *own;      /* faces, where they are not those of the volume */
+    tli_tiling tiling; /* of faces */
 } tli_doors;
+/* clear: rays come in where something is seen for the first time, not at tets with all values up to
+ * clear[0] or from clear[1] on. */
 tl_status tli_doors_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
-                         const tli_vert *verts, const tl_image *image, tli_doors *doors);
+                         const tli_vert *verts, const float clear[2], const tl_image *image,
+                         tli_doors *doors);
 void tli_doors_close(tli_doors *doors);
 /* Hits of a tile, by pixel and depth: *hits [*hit_max] grows as it must, *count are there. */
 tl_status tli_doors_hits(const tli_doors *doors, size_t tile, tli_door_hit **hits, size_t *hit_max,

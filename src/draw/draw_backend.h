@@ -50,8 +50,7 @@ typedef struct tli_backend {
 } tli_backend;
 
 extern const tli_backend tli_backend_cpu, tli_backend_null;
-#if TETRALOD_WITH_GL
+/* In builds with OpenGL. */
 extern const tli_backend tli_backend_gl, tli_backend_gl_current;
-#endif
 
 #endif

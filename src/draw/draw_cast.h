@@ -12,6 +12,7 @@ typedef struct tli_cast {
     double scale, unit; /* of the frame */
     bool parallel;
     float opacity_end, step_depth;
+    float clear[2]; /* as of the transfer function */
 } tli_cast;
 
 /* What a translucent piece does to a pixel of a tile. */

@@ -7,205 +7,23 @@
  * the barycentric weights of the place where it passes. The fourth corner of the tet behind splits
  * the face into three; signs of areas tell which of them the ray leaves by. They are differences of
  * the same two products for both tets at an edge, so that no ray is lost between tets. */
-#include <math.h>
-#include <string.h>
-
-#include "draw/draw_cast.h"
-#include "mesh/mesh.h"
-
-enum { LANES = 8 };
-typedef float reals __attribute__((vector_size(LANES * sizeof(float))));
-typedef int32_t masks __attribute__((vector_size(LANES * sizeof(int32_t))));
-typedef float four __attribute__((vector_size(4 * sizeof(float))));
-
-/* Integrals of the transfer function up to a value, in two parts, so that what near values have in
- * common falls out of their difference exactly. */
-typedef struct sums {
-    four base, rest;
-} sums;
+#include "draw/draw_cast_light.inc.h"
 
 /* A ray comes in again no nearer than this, relative to the depth where it went out. */
 static const float SAME_DEPTH = 1e-5F;
-/* Values nearer than this, in steps of the transfer function, are one. */
-static const float SAME_VALUE = 0.05F;
-static const int PARTS_MAX = 256;
 /* Steps without getting farther, as around a vertex, after which a ray goes in circles: between
  * inverted tets, or where a place is not finite. */
 static const int STALLED_MAX = 4096;
-
-/* Rays on their way. */
-typedef struct lanes {
-    reals x[3], y[3], z[3], s[3]; /* corners of the face that was passed last */
-    reals areas[3];               /* [i] opposite to corner i */
-    masks verts[3];
-    reals px, py;
-    reals depth, value;         /* where it was passed, and the value there in steps */
-    float end[LANES];           /* depth of the next fragment, or which the ray goes to */
-    float length[LANES];        /* of the ray by depth, mesh units */
-    tl_lidx at[LANES];          /* face the ray comes in by: 4 * tet + face */
-    int stalled[LANES];         /* steps since the ray last got farther */
-    sums sums[LANES];           /* of the transfer function at value */
-    four light[LANES];          /* gathered colour and opacity */
-    const tli_ray *rays[LANES]; /* NULL: the lane rests */
-    size_t doors[LANES];        /* next door of the ray */
-    size_t fragments[LANES];    /* next fragment of the ray */
-} lanes;
-
-static inline reals pick(masks mask, reals yes, reals no)
-{
-    return (reals)((mask & (masks)yes) | (~mask & (masks)no));
-}
-
-static inline masks pick_verts(masks mask, masks yes, masks no)
-{
-    return (mask & yes) | (~mask & no);
-}
-
-static inline four spread(float value)
-{
-    return (four){value, value, value, value};
-}
-
-static inline four load_four(const float *from)
-{
-    four out;
-    memcpy(&out, from, sizeof out);
-    return out;
-}
-
-/* ---- light ---- */
-
-static inline sums sums_at(const tl_transfer *t, float value)
-{
-    float at = value + 1; /* one step before the first */
-    unsigned step =
-        at >= 0 ? at < TLI_TRANSFER_STEPS + 1 ? (unsigned)(int)at : TLI_TRANSFER_STEPS + 1 : 0;
-    const float *entry = t->sums[step + step / TLI_SUM_STEPS];
-    four a = load_four(entry), b = load_four(entry + 4);
-    return (sums){load_four(t->bases[step / TLI_SUM_STEPS]),
-                  a + spread(at - (float)step) * (b - a)};
-}
-
-static inline four difference(sums b, sums a)
-{
-    return (b.base - a.base) + (b.rest - a.rest);
-}
-
-/* 1 - exp(-x), to 1e-7 for thin layers as they are. */
-static inline float absorbed(float x)
-{
-    return x * (1 - x * (1.F / 2 - x * (1.F / 6 - x * (1.F / 24 - x * (1.F / 120)))));
-}
-
-static inline void add_layer(four *light, four change, float depth)
-{
-    float weight = (1 - (*light)[3]) * absorbed(depth);
-    four add = change * spread(weight / change[3]);
-    add[3] = weight;
-    *light += add;
-}
-
-/* A thick piece between two values, in parts that are thin. around: the change of the integrals
- * around equal values, which have none between them. */
-static void add_parts(const tli_cast *cast, four *light, float a, float b, four around, float depth,
-                      float length)
-{
-    float parts = ceilf(depth / cast->step_depth);
-    int count = parts < (float)PARTS_MAX ? (int)parts : PARTS_MAX;
-    sums before = sums_at(cast->transfer, a);
-    for (int i = 1; i <= count && (*light)[3] < cast->opacity_end; i++) {
-        float next = i == count ? b : a + (b - a) * ((float)i / (float)count);
-        sums now = sums_at(cast->transfer, next);
-        four change = difference(now, before);
-        float part = fabsf(b - a) > SAME_VALUE
-                         ? change[3] / ((b - a) / (float)count) * length / (float)count
-                         : depth / (float)count;
-        before = now;
-        if (fabsf(b - a) <= SAME_VALUE) change = around;
-        if (!(part > 0)) continue;
-        /* more parts than there may be: what is left of the layer hides all behind it */
-        add_layer(light, change[3] != 0 ? change : spread(1), part < 1 ? part : 1);
-    }
-}
-
-/* The piece of a lane's ray up to a depth and a value; at: the integrals there. */
-static inline void add_piece(const tli_cast *cast, lanes *l, int i, float value, sums at,
-                             float length)
-{
-    four change = difference(at, l->sums[i]);
-    float rise = value - l->value[i];
-    if (fabsf(rise) <= SAME_VALUE) { /* the mean of the step around it */
-        rise = 1;
-        change = difference(sums_at(cast->transfer, value + 0.5F),
-                            sums_at(cast->transfer, value - 0.5F));
-    }
-    float depth = change[3] / rise * length;
-    if (!(depth > 0)) return;
-    if (depth <= cast->step_depth)
-        add_layer(&l->light[i], change, depth);
-    else
-        add_parts(cast, &l->light[i], l->value[i], value, change, depth, length);
-}
-
-/* Puts the next fragment of a lane's ray behind what it has seen. */
-static void add_fragment(lanes *l, int i)
-{
-    const tli_ray *ray = l->rays[i];
-    const tli_fragment *f = &ray->fragments[l->fragments[i]++];
-    l->light[i] += spread(1 - l->light[i][3]) * load_four(f->rgba);
-    l->end[i] =
-        l->fragments[i] < ray->fragment_count ? ray->fragments[l->fragments[i]].z : ray->depth;
-}
-
-/* The same as see for a piece with fragments in it, or the end of the ray. */
-static void see_stops(const tli_cast *cast, lanes *l, int i, float from, float to, float value,
-                      float slope)
-{
-    float first = l->value[i], begin = from;
-    bool ends = false;
-    while (!ends && l->end[i] <= to && l->light[i][3] < cast->opacity_end) {
-        float last = first + slope * (l->end[i] - from);
-        sums at = sums_at(cast->transfer, last);
-        if (l->end[i] > begin) add_piece(cast, l, i, last, at, (l->end[i] - begin) * l->length[i]);
-        begin = l->end[i] > begin ? l->end[i] : begin;
-        l->value[i] = last;
-        l->sums[i] = at;
-        ends = l->fragments[i] == l->rays[i]->fragment_count;
-        if (!ends) add_fragment(l, i);
-    }
-    if (!ends && to > begin)
-        add_piece(cast, l, i, value, sums_at(cast->transfer, value), (to - begin) * l->length[i]);
-}
-
-/* Between two passes; what is nearer than the camera or beyond the end is cut off. */
-static inline void see(const tli_cast *cast, lanes *l, int i, float depth, float value)
-{
-    float from = l->depth[i];
-    sums next = sums_at(cast->transfer, value);
-    if (depth > from && depth > 0) {
-        if (from < 0 || depth >= l->end[i]) {
-            float slope = (value - l->value[i]) / (depth - from);
-            if (from < 0) {
-                l->value[i] -= slope * from;
-                l->sums[i] = sums_at(cast->transfer, l->value[i]);
-                from = 0;
-            }
-            see_stops(cast, l, i, from, depth, value, slope);
-        } else
-            add_piece(cast, l, i, value, next, (depth - from) * l->length[i]);
-    }
-    l->sums[i] = next;
-}
 
 /* ---- coming in, going out ---- */
 
 static void finish(lanes *l, int i)
 {
     const tli_ray *ray = l->rays[i];
-    while (l->fragments[i] < ray->fragment_count && l->light[i][3] < 1) add_fragment(l, i);
-    float left = 1 - l->light[i][3];
-    for (int k = 0; k < 4; k++) ray->rgba[k] = l->light[i][k] + left * ray->rgba[k];
-    l->rays[i] = NULL;
+    while (l->fragments[i] < ray->fragment_count && l->light[3][i] < 1) add_fragment(l, i);
+    float left = 1 - l->light[3][i];
+    for (int k = 0; k < 4; k++) ray->rgba[k] = l->light[k][i] + left * ray->rgba[k];
+    l->busy[i] = 0;
 }
 
 static void load_corner(const tli_cast *cast, lanes *l, int i, int corner, tl_lidx vert)
@@ -264,7 +82,6 @@ static bool go_on(const tli_cast *cast, lanes *l, int i)
 static void take_ray(const tli_cast *cast, lanes *l, int i, const tli_ray **next,
                      const tli_ray *end)
 {
-    l->rays[i] = NULL;
     while (*next < end) {
         const tli_ray *ray = (*next)++;
         float x = ray->px / (float)cast->scale, y = ray->py / (float)cast->scale;
@@ -275,8 +92,9 @@ static void take_ray(const tli_cast *cast, lanes *l, int i, const tli_ray **next
         l->fragments[i] = 0;
         l->end[i] = ray->fragment_count ? ray->fragments[0].z : ray->depth;
         l->length[i] = (float)cast->unit * (cast->parallel ? 1 : sqrtf(1 + x * x + y * y));
-        l->light[i] = spread(0);
+        for (int k = 0; k < 4; k++) l->light[k][i] = 0;
         l->depth[i] = -INFINITY;
+        l->busy[i] = -1;
         if (go_on(cast, l, i)) return;
         finish(l, i);
     }
@@ -285,34 +103,29 @@ static void take_ray(const tli_cast *cast, lanes *l, int i, const tli_ray **next
 
 /* ---- a step of all lanes ---- */
 
+/* The tets that the lanes are in, and their corners that are not on the face passed last. */
 typedef struct fourth {
+    masks tets[4];
     reals x, y, z, s;
     masks vert;
 } fourth;
 
-#define ALL_LANES(of)                                                                              \
-    {                                                                                              \
-        of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)                                     \
-    }
-
 static inline void load_fourth(const tli_cast *cast, const lanes *l, fourth *d)
 {
-    const tli_vert *v[LANES];
-    tl_lidx verts[LANES];
-    for (int i = 0; i < LANES; i++) {
-        verts[i] = cast->cells[l->at[i] / 4].verts[l->at[i] % 4];
-        v[i] = &cast->verts[verts[i]];
-    }
-#define X_OF(i) v[i]->x
-#define Y_OF(i) v[i]->y
-#define Z_OF(i) v[i]->z
-#define S_OF(i) v[i]->s
-#define VERT_OF(i) (int32_t) verts[i]
-    *d = (fourth){ALL_LANES(X_OF), ALL_LANES(Y_OF), ALL_LANES(Z_OF), ALL_LANES(S_OF),
-                  ALL_LANES(VERT_OF)};
-    reals w = cast->parallel ? (reals){1, 1, 1, 1, 1, 1, 1, 1} : d->z;
-    d->x -= l->px * w;
-    d->y -= l->py * w;
+    four rows[LANES];
+    reals columns[4];
+    for (int i = 0; i < LANES; i++) memcpy(&rows[i], cast->cells[l->at[i] / 4].verts, sizeof *rows);
+    transpose(rows, columns);
+    for (int k = 0; k < 4; k++) d->tets[k] = (masks)columns[k];
+    d->vert = d->tets[0] ^ d->tets[1] ^ d->tets[2] ^ d->tets[3];
+    d->vert = (d->vert ^ l->verts[0] ^ l->verts[1] ^ l->verts[2]) & l->busy;
+    for (int i = 0; i < LANES; i++) rows[i] = load_four(&cast->verts[(tl_lidx)d->vert[i]].x);
+    transpose(rows, columns);
+    reals w = cast->parallel ? spread_lanes(1) : columns[2];
+    d->x = columns[0] - l->px * w;
+    d->y = columns[1] - l->py * w;
+    d->z = columns[2];
+    d->s = columns[3];
 }
 
 /* Moves each lane to the face of its tet by which the ray leaves; lost receives the corner that is
@@ -353,11 +166,46 @@ static inline void pass(const lanes *l, reals *depth, reals *value)
     *value = pick(usable, s / sum, l->value);
 }
 
-static inline tl_lidx behind(const tli_cell *cell, tl_lidx lost)
+/* Moves the lanes through the faces opposite to the lost corners; resting ones stay in the first
+ * tet. */
+static inline void move(const tli_cast *cast, lanes *l, const fourth *d, masks lost)
 {
-    unsigned face = (unsigned)(cell->verts[1] == lost) + 2 * (unsigned)(cell->verts[2] == lost) +
-                    3 * (unsigned)(cell->verts[3] == lost);
-    return cell->behind[face & 3];
+    masks face =
+        ((lost == d->tets[1]) & 1) | ((lost == d->tets[2]) & 2) | ((lost == d->tets[3]) & 3);
+    for (int i = 0; i < LANES; i++) {
+        l->at[i] = cast->cells[l->at[i] / 4].behind[face[i]] & (tl_lidx)l->busy[i];
+        __builtin_prefetch(&cast->cells[l->at[i] != TL_NONE ? l->at[i] / 4 : 0]);
+    }
+}
+
+/* Lanes that have left the mesh. */
+static inline masks outside(const lanes *l)
+{
+    masks at;
+    memcpy(&at, l->at, sizeof at);
+    return at == (int32_t)TL_NONE;
+}
+
+/* Lanes in tets of which nothing is seen. */
+static inline masks unseen(const tli_cast *cast, const lanes *l, const fourth *d)
+{
+    masks low = d->s <= cast->clear[0], high = d->s >= cast->clear[1];
+    for (int k = 0; k < 3; k++) {
+        low &= l->s[k] <= cast->clear[0];
+        high &= l->s[k] >= cast->clear[1];
+    }
+    return l->busy & (low | high);
+}
+
+/* Lanes that are done, or left what is seen of the mesh, get on with their rays or take others. */
+static void turn(const tli_cast *cast, lanes *l, masks out, masks done, const tli_ray **next,
+                 const tli_ray *end)
+{
+    for (int i = 0; i < LANES; i++)
+        if (done[i] || (out[i] && !go_on(cast, l, i))) {
+            finish(l, i);
+            take_ray(cast, l, i, next, end);
+        }
 }
 
 void TLI_CAST_NAME(const tli_cast *cast, const tli_ray *rays, size_t ray_count)
@@ -366,29 +214,27 @@ void TLI_CAST_NAME(const tli_cast *cast, const tli_ray *rays, size_t ray_count)
     const tli_ray *next = rays, *end = rays + ray_count;
     memset(&l, 0, sizeof l);
     for (int i = 0; i < LANES; i++) take_ray(cast, &l, i, &next, end);
-    for (;;) {
+    while (any(l.busy)) {
         fourth d;
         masks lost;
         reals depth, value;
-        bool busy = false;
         load_fourth(cast, &l, &d);
+        masks gap = unseen(cast, &l, &d);
+        if (any(gap)) {
+            turn(cast, &l, gap, (masks){0}, &next, end);
+            continue;
+        }
         leave(&l, &d, &lost);
         pass(&l, &depth, &value);
-        for (int i = 0; i < LANES; i++) {
-            if (!l.rays[i]) continue;
-            see(cast, &l, i, depth[i], value[i]);
-            l.stalled[i] = depth[i] > l.depth[i] ? 0 : l.stalled[i] + 1;
-            l.depth[i] = depth[i] > l.depth[i] ? depth[i] : l.depth[i];
-            l.value[i] = value[i];
-            l.at[i] = behind(&cast->cells[l.at[i] / 4], (tl_lidx)lost[i]);
-            bool done = l.depth[i] >= l.end[i] || l.light[i][3] >= cast->opacity_end ||
-                        l.stalled[i] > STALLED_MAX;
-            if (done || (l.at[i] == TL_NONE && !go_on(cast, &l, i))) {
-                finish(&l, i);
-                take_ray(cast, &l, i, &next, end);
-            }
-            busy = busy || l.rays[i];
-        }
-        if (!busy) return;
+        move(cast, &l, &d, lost);
+        see(cast, &l, depth, value);
+        masks farther = depth > l.depth;
+        l.stalled = ~farther & (l.stalled + 1);
+        l.depth = pick(farther, depth, l.depth);
+        l.value = value;
+        masks out = outside(&l), done = l.busy & ((l.depth >= l.end) |
+                                                  (l.light[3] >= spread_lanes(cast->opacity_end)) |
+                                                  (l.stalled > STALLED_MAX));
+        if (any(out | done)) turn(cast, &l, out, done, &next, end);
     }
 }

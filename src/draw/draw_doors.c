@@ -13,6 +13,16 @@ typedef struct span {
     int32_t low[2], high[2];
 } span;
 
+enum { GRAIN = 8192 }; /* tets */
+
+/* A tet that names a vertex twice has no faces. */
+static bool is_flat(const tli_cell *cell)
+{
+    const tl_lidx *q = cell->verts;
+    return q[0] == q[1] || q[0] == q[2] || q[0] == q[3] || q[1] == q[2] || q[1] == q[3] ||
+           q[2] == q[3];
+}
+
 static void corners(const tli_doors *t, tl_lidx door, const tli_vert *out[3])
 {
     const tli_cell *cell = &t->volume->cells[door / 4];
@@ -71,7 +81,7 @@ static bool box_of_door(const void *data, size_t i, double low[2], double high[2
 {
     const tli_doors *t = data;
     const tli_vert *v[3];
-    corners(t, t->volume->doors[i], v);
+    corners(t, t->faces[i], v);
     if (is_shut(t, v)) return false;
     if (!box_of(t, v, low, high))
         for (int k = 0; k < 2; k++) {
@@ -98,21 +108,103 @@ static span pixels_of(const tli_doors *t, const tli_vert *const v[3], uint32_t l
     return s;
 }
 
-tl_status tli_doors_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
-                         const tli_vert *verts, const tl_image *image, tli_doors *doors)
+/* ---- where something is seen ---- */
+
+/* Doors of pieces of the tets, in two passes: how many, then which. */
+typedef struct listing {
+    const tl_volume *volume;
+    const tli_vert *verts;
+    const float *clear;
+    uint8_t *blank; /* [vert_count] bits: value up to clear[0], from clear[1] on */
+    size_t *starts; /* [pieces + 1] */
+    tl_lidx *faces; /* NULL: count */
+} listing;
+
+static tl_status mark_verts(void *arg, size_t begin, size_t end, unsigned worker)
 {
+    const listing *s = arg;
+    (void)worker;
+    for (size_t v = begin; v < end; v++)
+        s->blank[v] =
+            (uint8_t)((s->verts[v].s <= s->clear[0]) + 2 * (s->verts[v].s >= s->clear[1]));
+    return TL_OK;
+}
+
+static bool is_seen(const listing *s, const tli_cell *cell)
+{
+    return !(s->blank[cell->verts[0]] & s->blank[cell->verts[1]] & s->blank[cell->verts[2]] &
+             s->blank[cell->verts[3]]);
+}
+
+static tl_status list_pieces(void *arg, size_t begin, size_t end, unsigned worker)
+{
+    const listing *s = arg;
+    const tli_cell *cells = s->volume->cells;
+    size_t count = s->faces ? s->starts[begin / GRAIN] : 0;
+    (void)worker;
+    for (size_t t = begin; t < end; t++) {
+        if (!is_seen(s, &cells[t]) || is_flat(&cells[t])) continue;
+        for (size_t i = 0; i < 4; i++) {
+            tl_lidx other = cells[t].behind[i];
+            if (other != TL_NONE && is_seen(s, &cells[other / 4])) continue;
+            if (s->faces) s->faces[count] = (tl_lidx)(4 * t + i);
+            count++;
+        }
+    }
+    if (!s->faces) s->starts[begin / GRAIN] = count;
+    return TL_OK;
+}
+
+/* The faces of what is seen. */
+static tl_status list_faces(tli_doors *doors, const float clear[2])
+{
+    tl_status st = TL_OK;
+    const tl_volume *v = doors->volume;
+    size_t pieces = v->cell_count / GRAIN + 1, sum = 0;
+    listing s = {.volume = v, .verts = doors->verts, .clear = clear};
+    s.blank = tl_mem_alloc(doors->ctx, v->vert_count, sizeof *s.blank, &st);
+    s.starts = tl_mem_zalloc(doors->ctx, pieces, sizeof *s.starts, &st);
+    if (!st) st = tli_parallel(doors->ctx, v->vert_count, GRAIN, mark_verts, &s);
+    if (!st) st = tli_parallel(doors->ctx, v->cell_count, GRAIN, list_pieces, &s);
+    for (size_t i = 0; i < pieces && !st; i++) {
+        size_t own = s.starts[i];
+        s.starts[i] = sum;
+        sum += own;
+    }
+    doors->own = s.faces = tl_mem_alloc(doors->ctx, sum, sizeof *s.faces, &st);
+    if (!st) st = tli_parallel(doors->ctx, v->cell_count, GRAIN, list_pieces, &s);
+    doors->faces = doors->own;
+    doors->face_count = sum;
+    tl_mem_free(doors->ctx, s.starts);
+    tl_mem_free(doors->ctx, s.blank);
+    return st;
+}
+
+tl_status tli_doors_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
+                         const tli_vert *verts, const float clear[2], const tl_image *image,
+                         tli_doors *doors)
+{
+    tl_status st = TL_OK;
     *doors = (tli_doors){.ctx = ctx,
                          .volume = volume,
                          .frame = frame,
                          .verts = verts,
                          .width = image->width,
-                         .height = image->height};
-    return tli_tiling_open(ctx, image, volume->door_count, box_of_door, doors, &doors->tiling);
+                         .height = image->height,
+                         .faces = volume->doors,
+                         .face_count = volume->door_count};
+    if (clear[0] >= 0 || clear[1] <= TLI_TRANSFER_STEPS) st = list_faces(doors, clear);
+    if (!st)
+        st = tli_tiling_open(ctx, image, doors->face_count, box_of_door, doors, &doors->tiling);
+    if (st) tli_doors_close(doors);
+    return st;
 }
 
 void tli_doors_close(tli_doors *doors)
 {
     tli_tiling_close(doors->ctx, &doors->tiling);
+    tl_mem_free(doors->ctx, doors->own);
+    doors->own = NULL;
 }
 
 /* ---- one tile ---- */
@@ -186,8 +278,8 @@ tl_status tli_doors_hits(const tli_doors *doors, size_t tile, tli_door_hit **hit
     uint32_t top = (uint32_t)(tile / doors->tiling.columns) * TLI_TILE_PX;
     *count = 0;
     for (size_t i = doors->tiling.starts[tile]; !st && i < doors->tiling.starts[tile + 1]; i++)
-        st = hit_door(doors, doors->volume->doors[doors->tiling.entries[i]], left, top, hits,
-                      hit_max, count);
+        st = hit_door(doors, doors->faces[doors->tiling.entries[i]], left, top, hits, hit_max,
+                      count);
     if (!st) sort_hits(*hits, *count);
     return st;
 }

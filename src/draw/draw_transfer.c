@@ -85,6 +85,7 @@ static void note_sums(tl_transfer *t, int step, const double sums[4], double bas
 static void fill(tl_transfer *t, const functions *f)
 {
     double last[4], sums[4] = {0}, base[4] = {0}, width = (t->high - t->low) / TLI_TRANSFER_STEPS;
+    int first = TLI_TRANSFER_STEPS + 2, last_seen = 0; /* steps that are seen */
     evaluate(f, t->low, last);
     note_sums(t, 0, sums, base);
     for (int i = 0; i <= TLI_TRANSFER_STEPS + 1; i++) {
@@ -93,10 +94,17 @@ static void fill(tl_transfer *t, const functions *f)
         evaluate(f, i && i <= TLI_TRANSFER_STEPS ? at - width / 2 : at, half);
         if (i == 0 || i > TLI_TRANSFER_STEPS) memcpy(last, now, sizeof last);
         for (int k = 0; k < 4 && i <= TLI_TRANSFER_STEPS; k++) t->at[i][k] = (float)now[k];
+        double before = sums[3];
         add_step(last, half, now, 1, sums, sums);
+        if (sums[3] > before) {
+            first = first < i ? first : i;
+            last_seen = i;
+        }
         note_sums(t, i + 1, sums, base);
         memcpy(last, now, sizeof last);
     }
+    t->clear[0] = first > 0 ? first - 2 : -(double)INFINITY;
+    t->clear[1] = last_seen <= TLI_TRANSFER_STEPS ? last_seen + 1 : (double)INFINITY;
 }
 
 tl_status tl_transfer_create(tl_ctx *ctx, const tl_color_point *colors, size_t color_count,

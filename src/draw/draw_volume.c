@@ -145,7 +145,8 @@ tl_status tli_volume_view_open(tl_ctx *ctx, const tli_item *item, const tli_fram
     view->verts = tl_mem_alloc(ctx, item->volume->vert_count, sizeof *view->verts, &st);
     placing p = {item, frame, view->verts};
     if (!st) st = tli_parallel(ctx, item->volume->vert_count, GRAIN, place_verts, &p);
-    if (!st) st = tli_doors_open(ctx, item->volume, frame, view->verts, image, &view->doors);
+    const float clear[2] = {(float)item->transfer->clear[0], (float)item->transfer->clear[1]};
+    if (!st) st = tli_doors_open(ctx, item->volume, frame, view->verts, clear, image, &view->doors);
     view->cast = (tli_cast){.cells = item->volume->cells,
                             .verts = view->verts,
                             .transfer = item->transfer,
@@ -153,7 +154,8 @@ tl_status tli_volume_view_open(tl_ctx *ctx, const tli_item *item, const tli_fram
                             .unit = frame->unit,
                             .parallel = frame->parallel,
                             .opacity_end = (float)o->opacity_end,
-                            .step_depth = (float)o->step_depth};
+                            .step_depth = (float)o->step_depth,
+                            .clear = {clear[0], clear[1]}};
     if (st) tl_mem_free(ctx, view->verts);
     return st;
 }
