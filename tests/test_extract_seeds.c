@@ -5,6 +5,7 @@
 #include "tetralod/extract.h"
 
 #include "check_ctx.h"
+#include "check_lines.h"
 #include "make_mesh.h"
 
 static const double CUBE[6] = {0, 1, 0, 1, 0, 1};
@@ -191,6 +192,33 @@ static size_t cell_of(const double x[3])
     return cell;
 }
 
+/* Both parts of the lines, vertex by vertex. */
+static void check_picked(tl_ctx *ctx, const tl_polydata *lines, const uint8_t *marks, size_t count)
+{
+    size_t vert_count = 0;
+    for (int wanted = 0; wanted < 2; wanted++) {
+        tl_polydata *part = NULL;
+        size_t next = 0;
+        CHECK_OK(ctx, tl_lines_pick(ctx, lines, marks, wanted, &part));
+        CHECK_EQ(part->cell_count, wanted ? count : lines->cell_count - count);
+        CHECK_EQ(part->channel_count, lines->channel_count);
+        vert_count += part->vert_count;
+        for (size_t c = 0; c < lines->cell_count; c++) {
+            if (marks[c] != wanted) continue;
+            CHECK_EQ(line_verts(part, next), line_verts(lines, c));
+            for (size_t i = 0; i < line_verts(lines, c); i++) {
+                const double *a = line_vert(lines, c, i), *b = line_vert(part, next, i);
+                size_t was = (size_t)(a - lines->xyz) / 3, is = (size_t)(b - part->xyz) / 3;
+                CHECK(memcmp(a, b, 3 * sizeof *a) == 0);
+                CHECK(part->channels[1].values[is] == lines->channels[1].values[was]);
+            }
+            next++;
+        }
+        tl_polydata_destroy(ctx, part);
+    }
+    CHECK_EQ(vert_count, lines->vert_count);
+}
+
 static void lines_cover_every_cell(void **state)
 {
     (void)state;
@@ -236,6 +264,7 @@ static void lines_cover_every_cell(void **state)
     }
     CHECK_EQ(count, brute);
     CHECK(count > 0 && count < lines->cell_count);
+    check_picked(ctx, lines, selected, count);
     tl_polydata_destroy(ctx, lines);
     const double flat[6] = {0, 0, 0, 0, 0, 0};
     CHECK_STATUS(tl_streamlines_cover(ctx, mesh, NULL, NULL, v, flat, 5, NULL, &lines, NULL),

@@ -333,6 +333,10 @@ TL_API tl_status tl_streamlines_cover(tl_ctx *ctx, const tl_mesh *mesh, const tl
  * (Sondershaus 2007, 7.3.2). bounds as above; selected [cell_count] 1 or 0; returns how many are.
  * One thread. */
 TL_API size_t tl_lines_in_box(const tl_polydata *lines, const double bounds[6], uint8_t *selected);
+/* The lines whose mark [cell_count] is not 0 (wanted) or is 0 (else), in their order, with the
+ * vertices they use and their channels, without normals. Gives *picked. One thread. */
+TL_API tl_status tl_lines_pick(tl_ctx *ctx, const tl_polydata *lines, const uint8_t *marks,
+                               bool wanted, tl_polydata **picked);
 
 /* Points where a field of vectors, linear in each tet, is 0: inside of tets, and vertices none of
  * whose neighbours is 0, so that a wall where nothing flows is none. Gives *points in the order of

@@ -23,8 +23,12 @@ static const double HEAD_WIDTH = 4, HEAD_LENGTH = 7, HEAD_PART_MAX = 0.8;
 /* Depth of a halo's point by its distance from the line. */
 static const double HALO_SLOPE = 2;
 
+/* Vertices nearer to the one before on the picture are passed over, pixels: they cost as much as
+ * others and show nothing. */
+static const double APART_PX = 0.5;
+
 typedef struct run {
-    tl_lidx first, last; /* places in the corners of the polydata */
+    tl_lidx first, last; /* of the vertices in use */
     bool begins, ends;   /* the line */
 } run;
 
@@ -33,8 +37,10 @@ typedef struct lines {
     const tl_look *look;
     const tl_line_opts *opts;
     const tli_frame *frame;
-    double (*places)[3]; /* [corner_count] in the frame */
-    double *ways;        /* [corner_count] from the begin of the line, mesh units */
+    /* vertices in use: those of line i from poly->starts[i] on, counts[i] of them */
+    tl_lidx *verts, *counts;
+    double (*places)[3]; /* in the frame */
+    double *ways;        /* from the begin of the line, mesh units */
     run *runs;
     size_t run_count;
 } lines;
@@ -43,15 +49,15 @@ typedef struct lines {
 typedef struct band {
     double a[2], way[2], length_square; /* from a, in pixels of the frame */
     double z[2];
-    double cut;     /* part of the segment before a, where the near end was cut off */
-    double left;    /* part of it that is there */
-    tl_lidx corner; /* of its begin */
+    double cut;  /* part of the segment before a, where the near end was cut off */
+    double left; /* part of it that is there */
+    tl_lidx at;  /* vertex in use where it begins */
 } band;
 
 /* What a run shows at a pixel. */
 typedef struct spot {
     double z, across, part; /* across: 0 on the axis, 1 at the edge; part of the segment */
-    tl_lidx corner;
+    tl_lidx at;             /* vertex in use where the segment begins */
 } spot;
 
 /* ---- sizes ---- */
@@ -116,22 +122,22 @@ static bool box(const void *data, size_t piece, double low[2], double high[2])
 }
 
 /* False for a segment behind the camera. */
-static bool set_band(const lines *l, tl_lidx corner, band *b)
+static bool set_band(const lines *l, tl_lidx at, band *b)
 {
     double p[3], q[3], ends[2] = {0, 1};
     for (int k = 0; k < 3; k++) {
-        p[k] = l->places[corner][k];
-        q[k] = l->places[corner + 1][k];
+        p[k] = l->places[at][k];
+        q[k] = l->places[at + 1][k];
     }
     if (p[2] < NEAREST && q[2] < NEAREST) return false;
     if (p[2] < NEAREST || q[2] < NEAREST) {
-        double at = (NEAREST - p[2]) / (q[2] - p[2]);
+        double part = (NEAREST - p[2]) / (q[2] - p[2]);
         double *behind = p[2] < NEAREST ? p : q;
-        ends[p[2] < NEAREST ? 0 : 1] = at;
-        for (int k = 0; k < 2; k++) behind[k] = p[k] + at * (q[k] - p[k]);
+        ends[p[2] < NEAREST ? 0 : 1] = part;
+        for (int k = 0; k < 2; k++) behind[k] = p[k] + part * (q[k] - p[k]);
         behind[2] = NEAREST;
     }
-    b->corner = corner;
+    b->at = at;
     b->cut = ends[0];
     b->left = ends[1] - ends[0];
     b->z[0] = p[2];
@@ -151,6 +157,7 @@ static bool set_band(const lines *l, tl_lidx corner, band *b)
 typedef struct canvas {
     const lines *l;
     tli_tile *tile;
+    uint32_t low[2], high[2]; /* columns and rows in use, [low, high) */
     spot spots[TLI_TILE_PIXELS];
     double halos[TLI_TILE_PIXELS];   /* depths */
     double offs[3][TLI_TILE_PIXELS]; /* from the axis of this run, the one before, the one after */
@@ -166,8 +173,8 @@ static void mark(canvas *c, const band *b, int whose, uint32_t pixel, double off
     double in = t < 0 ? 0 : t > 1 ? 1 : t;
     double near = parallel ? 1 - in : (1 - in) / b->z[0], far = parallel ? in : in / b->z[1];
     double u = far / (near + far), z = b->z[0] + u * (b->z[1] - b->z[0]);
-    double part = b->cut + u * b->left, way = l->ways[b->corner + 1] - l->ways[b->corner];
-    double radius = radius_on(l, l->ways[b->corner] + (part + t - in) * way, z);
+    double part = b->cut + u * b->left, way = l->ways[b->at + 1] - l->ways[b->at];
+    double radius = radius_on(l, l->ways[b->at] + (part + t - in) * way, z);
     if (is_cap) radius = fmin(radius, radius_at(l, z)); /* heads are no balls where a line bends */
     double unit = (parallel ? 1 : z) / l->frame->scale; /* of the frame, by pixel */
     if (off <= radius && radius > 0) {
@@ -175,48 +182,83 @@ static void mark(canvas *c, const band *b, int whose, uint32_t pixel, double off
         if (off < c->offs[whose][pixel]) c->offs[whose][pixel] = off;
         if (l->opts->shape == TL_LINE_TUBE) depth -= radius * sqrt(1 - across * across) * unit;
         if (whose == OWN && depth < c->spots[pixel].z)
-            c->spots[pixel] = (spot){depth > 0 ? depth : z, across, part, b->corner};
+            c->spots[pixel] = (spot){depth > 0 ? depth : z, across, part, b->at};
     } else if (off <= radius + l->opts->halo_px && radius > 0 && !is_cap) {
         double depth = z + HALO_SLOPE * off * unit;
         if (depth < c->halos[pixel]) c->halos[pixel] = depth;
     }
 }
 
-/* Rows or columns of the tile, [low, high), within reach of a band. */
-static void clip(const band *b, int k, double reach, double first, uint32_t count, uint32_t *low,
-                 uint32_t *high)
+/* Columns and rows of the tile, [low, high), within reach of a band; false: none. */
+static bool clip(const lines *l, const tli_tile *tile, const band *b, uint32_t low[2],
+                 uint32_t high[2])
 {
-    double from = fmin(b->a[k], b->a[k] + b->way[k]) - reach;
-    double to = fmax(b->a[k], b->a[k] + b->way[k]) + reach;
-    double begin = k ? first - to : from - first, end = k ? first - from : to - first;
-    *low = (uint32_t)fmin(fmax(ceil(begin), 0), count);
-    *high = (uint32_t)fmin(fmax(floor(end) + 1, 0), count);
+    double reach = reach_at(l, fmin(b->z[0], b->z[1]));
+    for (int k = 0; k < 2; k++) {
+        double from = fmin(b->a[k], b->a[k] + b->way[k]) - reach;
+        double to = fmax(b->a[k], b->a[k] + b->way[k]) + reach;
+        double begin = k ? tile->py - to : from - tile->px,
+               end = k ? tile->py - from : to - tile->px;
+        uint32_t count = k ? tile->height : tile->width;
+        low[k] = (uint32_t)fmin(fmax(ceil(begin), 0), count);
+        high[k] = (uint32_t)fmin(fmax(floor(end) + 1, 0), count);
+    }
+    return low[0] < high[0] && low[1] < high[1];
 }
 
-static void mark_band(canvas *c, const band *b, int whose)
+static void mark_band(canvas *c, const band *b, int whose, const uint32_t low[2],
+                      const uint32_t high[2])
 {
     const tli_tile *tile = c->tile;
     double reach = reach_at(c->l, fmin(b->z[0], b->z[1]));
-    uint32_t low[2], high[2];
-    clip(b, 0, reach, tile->px, tile->width, &low[0], &high[0]);
-    clip(b, 1, reach, tile->py, tile->height, &low[1], &high[1]);
     for (uint32_t y = low[1]; y < high[1]; y++)
         for (uint32_t x = low[0]; x < high[0]; x++) {
             double d[2] = {tile->px + x - b->a[0], tile->py - y - b->a[1]};
             double t = d[0] * b->way[0] + d[1] * b->way[1];
             t = b->length_square > 0 ? t / b->length_square : 0;
             double in = t < 0 ? 0 : t > 1 ? 1 : t;
-            double off = hypot(d[0] - in * b->way[0], d[1] - in * b->way[1]);
-            if (off <= reach) mark(c, b, whose, y * TLI_TILE_PX + x, off, t);
+            double side[2] = {d[0] - in * b->way[0], d[1] - in * b->way[1]};
+            double square = side[0] * side[0] + side[1] * side[1];
+            if (square <= reach * reach) mark(c, b, whose, y * TLI_TILE_PX + x, sqrt(square), t);
         }
 }
 
+/* Marks what a run covers within the part of the tile that is in use. */
 static void mark_run(canvas *c, const run *r, int whose)
 {
-    for (tl_lidx corner = r->first; corner < r->last; corner++) {
+    for (tl_lidx at = r->first; at < r->last; at++) {
         band b;
-        if (set_band(c->l, corner, &b)) mark_band(c, &b, whose);
+        uint32_t low[2], high[2];
+        if (!set_band(c->l, at, &b) || !clip(c->l, c->tile, &b, low, high)) continue;
+        for (int k = 0; k < 2; k++) {
+            low[k] = low[k] > c->low[k] ? low[k] : c->low[k];
+            high[k] = high[k] < c->high[k] ? high[k] : c->high[k];
+        }
+        mark_band(c, &b, whose, low, high);
     }
+}
+
+/* The part of the tile that a run may cover, made empty; false: none. */
+static bool open_canvas(canvas *c, const run *r)
+{
+    c->low[0] = c->low[1] = TLI_TILE_PX;
+    c->high[0] = c->high[1] = 0;
+    for (tl_lidx at = r->first; at < r->last; at++) {
+        band b;
+        uint32_t low[2], high[2];
+        if (!set_band(c->l, at, &b) || !clip(c->l, c->tile, &b, low, high)) continue;
+        for (int k = 0; k < 2; k++) {
+            c->low[k] = low[k] < c->low[k] ? low[k] : c->low[k];
+            c->high[k] = high[k] > c->high[k] ? high[k] : c->high[k];
+        }
+    }
+    for (uint32_t y = c->low[1]; y < c->high[1]; y++)
+        for (uint32_t x = c->low[0]; x < c->high[0]; x++) {
+            uint32_t i = y * TLI_TILE_PX + x;
+            c->spots[i].z = c->halos[i] = INFINITY;
+            c->offs[OWN][i] = c->offs[BEFORE][i] = c->offs[AFTER][i] = INFINITY;
+        }
+    return c->low[0] < c->high[0] && c->low[1] < c->high[1];
 }
 
 /* True if the runs beside leave a pixel to this one: they find the same distances. */
@@ -229,10 +271,10 @@ static bool owns(const canvas *c, uint32_t pixel)
 /* ---- colours ---- */
 
 /* Sine of the angle between the line and the view at a pixel: 1 across, 0 straight away. */
-static double sine_of(const lines *l, tl_lidx corner, double px, double py)
+static double sine_of(const lines *l, tl_lidx at, double px, double py)
 {
     const tli_frame *f = l->frame;
-    const tl_lidx *v = l->poly->corners + corner;
+    const tl_lidx *v = l->verts + at;
     double way[3], view[3], cross[3];
     double x = f->parallel ? 0 : px / f->scale, y = f->parallel ? 0 : py / f->scale;
     vec_sub(l->poly->xyz + 3 * (size_t)v[1], l->poly->xyz + 3 * (size_t)v[0], way);
@@ -248,7 +290,7 @@ static double sine_of(const lines *l, tl_lidx corner, double px, double py)
 static void shade(const lines *l, const spot *s, double px, double py, float rgba[4])
 {
     const tl_look *look = l->look;
-    const tl_lidx *v = l->poly->corners + s->corner;
+    const tl_lidx *v = l->verts + s->at;
     double scalar = 0, cosine;
     if (look->scalar)
         scalar = look->scalar[v[0]] + s->part * (look->scalar[v[1]] - look->scalar[v[0]]);
@@ -263,7 +305,7 @@ static void shade(const lines *l, const spot *s, double px, double py, float rgb
             }
             cosine = tli_frame_cosine(l->frame, px, py, normal);
         } else {
-            cosine = sine_of(l, s->corner, px, py);
+            cosine = sine_of(l, s->at, px, py);
             if (l->opts->shape == TL_LINE_TUBE) cosine *= sqrt(1 - s->across * s->across);
         }
         tli_look_light(look, cosine, rgba);
@@ -282,18 +324,17 @@ static void put_halo(tli_tile *tile, uint32_t pixel, float z)
 
 static void draw(const void *data, size_t piece, tli_tile *tile)
 {
-    canvas c = {.l = data, .tile = tile};
+    canvas c; /* large: only what is used is set */
+    c.l = data;
+    c.tile = tile;
     const run *r = &c.l->runs[piece];
+    if (!open_canvas(&c, r)) return;
     bool is_opaque = c.l->look->opacity >= 1, has_halo = c.l->opts->halo_px > 0 && is_opaque;
-    for (size_t i = 0; i < TLI_TILE_PIXELS; i++) {
-        c.spots[i].z = c.halos[i] = INFINITY;
-        c.offs[OWN][i] = c.offs[BEFORE][i] = c.offs[AFTER][i] = INFINITY;
-    }
     mark_run(&c, r, OWN);
     if (!is_opaque && !r->begins) mark_run(&c, r - 1, BEFORE);
     if (!is_opaque && !r->ends) mark_run(&c, r + 1, AFTER);
-    for (uint32_t y = 0; y < tile->height; y++)
-        for (uint32_t x = 0; x < tile->width; x++) {
+    for (uint32_t y = c.low[1]; y < c.high[1]; y++)
+        for (uint32_t x = c.low[0]; x < c.high[0]; x++) {
             float rgba[4];
             uint32_t pixel = y * TLI_TILE_PX + x;
             const spot *s = &c.spots[pixel];
@@ -313,46 +354,64 @@ static void release(tl_ctx *ctx, void *data)
     tl_mem_free(ctx, l->runs);
     tl_mem_free(ctx, l->ways);
     tl_mem_free(ctx, l->places);
+    tl_mem_free(ctx, l->counts);
+    tl_mem_free(ctx, l->verts);
     tl_mem_free(ctx, l);
+}
+
+/* True if two places can't be told from each other on the picture. */
+static bool are_one(const tli_frame *f, const double a[3], const double b[3])
+{
+    if (!(a[2] >= NEAREST && b[2] >= NEAREST)) return false;
+    double za = f->parallel ? 1 : a[2], zb = f->parallel ? 1 : b[2];
+    return hypot(b[0] / zb - a[0] / za, b[1] / zb - a[1] / za) < APART_PX;
+}
+
+/* Chooses the vertices of a line that are in use: the ends, and what shows. */
+static void place_line(const lines *l, size_t line)
+{
+    double way = 0;
+    size_t first = l->poly->starts[line], end = l->poly->starts[line + 1], next = first;
+    const double *before = NULL;
+    for (size_t i = first; i < end; i++) {
+        double step[3], place[3];
+        tl_lidx vert = l->poly->corners[i];
+        const double *x = l->poly->xyz + 3 * (size_t)vert;
+        if (before) vec_sub(x, before, step);
+        if (before && vec_is_finite(step)) way += vec_length(step);
+        before = x;
+        tli_frame_place(l->frame, x, place);
+        bool is_end = i == first || i + 1 == end;
+        if (!is_end && are_one(l->frame, l->places[next - 1], place)) continue;
+        for (int k = 0; k < 3; k++) l->places[next][k] = place[k];
+        l->ways[next] = way;
+        l->verts[next++] = vert;
+    }
+    l->counts[line] = (tl_lidx)(next - first);
 }
 
 static tl_status place_lines(void *arg, size_t begin, size_t end, unsigned worker)
 {
-    const lines *l = arg;
     (void)worker;
-    for (size_t line = begin; line < end; line++) {
-        double way = 0;
-        const double *before = NULL;
-        for (size_t i = l->poly->starts[line]; i < l->poly->starts[line + 1]; i++) {
-            const double *x = l->poly->xyz + 3 * (size_t)l->poly->corners[i];
-            double step[3];
-            if (before) {
-                vec_sub(x, before, step);
-                way += vec_is_finite(step) ? vec_length(step) : 0;
-            }
-            before = x;
-            l->ways[i] = way;
-            tli_frame_place(l->frame, x, l->places[i]);
-        }
-    }
+    for (size_t line = begin; line < end; line++) place_line(arg, line);
     return TL_OK;
 }
 
 /* Cuts lines into runs, also where a vertex is not finite; runs NULL: only counts. */
-static size_t make_runs(const tl_polydata *poly, run *runs)
+static size_t make_runs(const lines *l, run *runs)
 {
     size_t count = 0;
-    for (size_t line = 0; line < poly->cell_count; line++) {
-        tl_lidx first = poly->starts[line], end = poly->starts[line + 1];
+    for (size_t line = 0; line < l->poly->cell_count; line++) {
+        tl_lidx first = l->poly->starts[line], end = first + l->counts[line];
         bool begins = true;
         while (first + 1 < end) {
             tl_lidx last = first;
-            bool is_good = vec_is_finite(poly->xyz + 3 * (size_t)poly->corners[first]);
+            bool is_good = vec_is_finite(l->places[first]);
             while (is_good && last + 1 < end && last - first < RUN_SEGMENTS &&
-                   vec_is_finite(poly->xyz + 3 * (size_t)poly->corners[last + 1]))
+                   vec_is_finite(l->places[last + 1]))
                 last++;
             bool goes_on = last + 1 < end && last - first == RUN_SEGMENTS &&
-                           vec_is_finite(poly->xyz + 3 * (size_t)poly->corners[last + 1]);
+                           vec_is_finite(l->places[last + 1]);
             if (last > first) {
                 if (runs) runs[count] = (run){first, last, begins, !goes_on};
                 count++;
@@ -372,12 +431,14 @@ tl_status tli_layer_lines(tl_ctx *ctx, const tl_polydata *poly, const tl_look *l
     lines *l = tl_mem_zalloc(ctx, 1, sizeof *l, &st);
     if (st) return st;
     *l = (lines){.poly = poly, .look = look, .opts = opts, .frame = frame};
-    l->run_count = look->opacity > 0 ? make_runs(poly, NULL) : 0;
+    l->verts = tl_mem_alloc(ctx, corners, sizeof *l->verts, &st);
+    l->counts = tl_mem_alloc(ctx, poly->cell_count, sizeof *l->counts, &st);
     l->places = tl_mem_alloc(ctx, corners, sizeof *l->places, &st);
     l->ways = tl_mem_alloc(ctx, corners, sizeof *l->ways, &st);
-    l->runs = tl_mem_alloc(ctx, l->run_count, sizeof *l->runs, &st);
-    if (!st && l->run_count) make_runs(poly, l->runs);
     if (!st) st = tli_parallel(ctx, poly->cell_count, LINES_AT_ONCE, place_lines, l);
+    if (!st) l->run_count = look->opacity > 0 ? make_runs(l, NULL) : 0;
+    l->runs = tl_mem_alloc(ctx, l->run_count, sizeof *l->runs, &st);
+    if (!st && l->run_count) make_runs(l, l->runs);
     if (st)
         release(ctx, l);
     else

@@ -2,8 +2,7 @@
  * grid that no line ran through before. One after the other by definition; here the next empty
  * cells are traced together, and a line whose cell was covered meanwhile is dropped, so that the
  * result is that of one after the other, with any number of threads. Cells come in an order that
- * strides over the whole grid, so that the first lines are far apart. Which lines run through a box
- * is found by their segments: that is quicker than what a grid of their names would cost. */
+ * strides over the whole grid, so that the first lines are far apart. */
 #include <math.h>
 
 #include "extract/extract_stream.h"
@@ -177,36 +176,4 @@ tl_status tl_streamlines_cover(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *
     tli_stream_sum_release(&job, &sum);
     tli_stream_close(&job);
     return st;
-}
-
-/* ---- lines through a box ---- */
-
-/* Whether the segment touches the box: what is left of it between the slabs. */
-static bool touches(const double a[3], const double b[3], const double bounds[6])
-{
-    double first = 0, last = 1;
-    for (int k = 0; k < 3; k++) {
-        double low = bounds[2 * k] - a[k], high = bounds[2 * k + 1] - a[k], way = b[k] - a[k];
-        if (way == 0) {
-            if (low > 0 || high < 0) return false;
-            continue;
-        }
-        double in = (way > 0 ? low : high) / way, out = (way > 0 ? high : low) / way;
-        first = in > first ? in : first;
-        last = out < last ? out : last;
-    }
-    return first <= last;
-}
-
-size_t tl_lines_in_box(const tl_polydata *lines, const double bounds[6], uint8_t *selected)
-{
-    size_t count = 0;
-    for (size_t c = 0; c < lines->cell_count; c++) {
-        selected[c] = 0;
-        for (size_t i = lines->starts[c] + 1; i < lines->starts[c + 1] && !selected[c]; i++)
-            selected[c] = touches(lines->xyz + 3 * (size_t)lines->corners[i - 1],
-                                  lines->xyz + 3 * (size_t)lines->corners[i], bounds);
-        count += selected[c];
-    }
-    return count;
 }
