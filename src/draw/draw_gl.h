@@ -41,9 +41,15 @@ tl_status tli_gl_check(tl_ctx *ctx, tli_gl *gl);
 
 /* ---- programs ---- */
 
-/* Compiles and links; TL_ERR_UNSUPPORTED with the first line of the log. name: for messages. */
-tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const char *name, const char *vertex,
-                         const char *fragment, GLuint *program);
+/* Text of the shaders of a program, behind what all share. */
+typedef struct tli_gl_source {
+    const char *name;              /* for messages */
+    const char *vertex;            /* text */
+    const char *shared, *fragment; /* text of the fragment shader, in two parts */
+} tli_gl_source;
+/* Compiles and links; TL_ERR_UNSUPPORTED with the first line of the log. */
+tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *source,
+                         GLuint *program);
 /* Sets numbers of the program in use; what its shaders do not use is passed over. */
 void tli_gl_set_int(GLuint program, const char *name, GLint value);
 void tli_gl_set_float(GLuint program, const char *name, double value);
@@ -129,31 +135,33 @@ void tli_gl_volume_draw(const tli_gl_projector *projector, const tli_gl_view *vi
                         const tli_item *item, const tli_gl_volume *volume,
                         const tli_gl_target *target, GLuint near_depth, GLuint far_depth);
 
-/* ---- surfaces and slices: draw_gl_paint.c ---- */
+/* ---- surfaces, lines, points and slices: draw_gl_paint.c ---- */
 
 typedef struct tli_gl_painter {
-    GLuint surface, slices; /* programs */
+    GLuint programs[TLI_ITEM_SLICES + 1]; /* by the kind of the thing */
 } tli_gl_painter;
 tl_status tli_gl_painter_open(tl_ctx *ctx, tli_gl *gl, tli_gl_painter *painter);
 void tli_gl_painter_close(tli_gl_painter *painter);
 
 /* A thing in OpenGL, its places relative to an anchor: {0} is empty. */
 typedef struct tli_gl_thing {
-    tli_gl_table verts;     /* place, and of slices the scalar from 0 to 1 */
+    tli_gl_table verts;     /* place, and of slices the scalar from 0 to 1, of lines the way along
+                               them, of points a die */
     tli_gl_table normals;   /* and value in steps of the look's transfer function */
-    tli_gl_table corners;   /* vertices of triangles, or of tets */
+    tli_gl_table corners;   /* vertices of triangles or tets; where segments of lines begin */
     tli_gl_table colors;    /* of the look's transfer function */
     double low[3], high[3]; /* box of all places that are finite */
     double anchor[3];
-    size_t count;    /* of triangles or tets */
+    size_t count;    /* of triangles, tets, segments or points */
     double range[2]; /* of the scalar of slices */
     tl_range_index *ranges;
 } tli_gl_thing;
 tl_status tli_gl_thing_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_thing *thing);
 void tli_gl_thing_remove(tl_ctx *ctx, tli_gl *gl, tli_gl_thing *thing);
-/* Draws what is nearer than limit into the target in use. */
+/* Draws what is nearer than limit, the translucent fragments or the others, into the target in use.
+ */
 void tli_gl_thing_draw(const tli_gl_painter *painter, const tli_gl_view *view, const tli_item *item,
-                       const tli_gl_thing *thing, GLuint limit);
+                       const tli_gl_thing *thing, bool translucent, GLuint limit);
 
 /* ---- the back end: draw_gl_renderer.c ---- */
 

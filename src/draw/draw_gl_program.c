@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "draw/draw_gl.h"
+#include "draw/draw_shaders.h"
 
 enum { LOG_BYTES = 400 };
 
@@ -12,13 +13,16 @@ static const char EMBEDDED[] = "#version 300 es\n"
                                "precision highp sampler2D;\n"
                                "precision highp usampler2D;\n";
 
-static tl_status compile(tl_ctx *ctx, const tli_gl *gl, const char *name, GLenum kind,
-                         const char *text, GLuint *shader)
+static tl_status compile(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *source, GLenum kind,
+                         GLuint *shader)
 {
-    const char *const parts[] = {gl->es ? EMBEDDED : DESKTOP, text};
+    bool is_vertex = kind == GL_VERTEX_SHADER;
+    const char *const parts[] = {gl->es ? EMBEDDED : DESKTOP, tli_shader_common,
+                                 is_vertex ? "" : source->shared,
+                                 is_vertex ? source->vertex : source->fragment};
     GLint done = 0;
     *shader = glCreateShader(kind);
-    glShaderSource(*shader, 2, parts, NULL);
+    glShaderSource(*shader, sizeof parts / sizeof *parts, parts, NULL);
     glCompileShader(*shader);
     glGetShaderiv(*shader, GL_COMPILE_STATUS, &done);
     if (done) return TL_OK;
@@ -26,17 +30,17 @@ static tl_status compile(tl_ctx *ctx, const tli_gl *gl, const char *name, GLenum
     glGetShaderInfoLog(*shader, sizeof log, NULL, log);
     log[strcspn(log, "\n")] = 0;
     return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s can't compile the %s shader of %s: %s", gl->name,
-                   kind == GL_VERTEX_SHADER ? "vertex" : "fragment", name, log);
+                   is_vertex ? "vertex" : "fragment", source->name, log);
 }
 
-tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const char *name, const char *vertex,
-                         const char *fragment, GLuint *program)
+tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *source,
+                         GLuint *program)
 {
     GLuint shaders[2] = {0, 0}, made = glCreateProgram();
     GLint done = 0;
     *program = 0;
-    tl_status st = compile(ctx, gl, name, GL_VERTEX_SHADER, vertex, &shaders[0]);
-    if (!st) st = compile(ctx, gl, name, GL_FRAGMENT_SHADER, fragment, &shaders[1]);
+    tl_status st = compile(ctx, gl, source, GL_VERTEX_SHADER, &shaders[0]);
+    if (!st) st = compile(ctx, gl, source, GL_FRAGMENT_SHADER, &shaders[1]);
     for (int i = 0; i < 2 && !st; i++) glAttachShader(made, shaders[i]);
     if (!st) {
         glLinkProgram(made);
@@ -46,8 +50,8 @@ tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const char *name, const 
         char log[LOG_BYTES] = "";
         glGetProgramInfoLog(made, sizeof log, NULL, log);
         log[strcspn(log, "\n")] = 0;
-        st = tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s can't link the shaders of %s: %s", gl->name, name,
-                     log);
+        st = tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s can't link the shaders of %s: %s", gl->name,
+                     source->name, log);
     }
     for (int i = 0; i < 2; i++)
         if (shaders[i]) glDeleteShader(shaders[i]);
@@ -90,5 +94,5 @@ void tli_gl_set_view(GLuint program, const tli_gl_view *view)
     tli_gl_set_vec2(program, "pixel_middle", f->middle[0], view->height - f->middle[1]);
     tli_gl_set_float(program, "scale", f->scale);
     tli_gl_set_float(program, "unit", f->unit);
-    tli_gl_set_vec2(program, "depths", view->depths[0], view->depths[1]);
+    tli_gl_set_vec2(program, "depth_range", view->depths[0], view->depths[1]);
 }

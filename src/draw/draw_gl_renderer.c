@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "draw/draw_gl.h"
+#include "draw/draw_layers.h"
 #include "draw/draw_shaders.h"
 
 /* Most translucent layers at a pixel; nearer ones are left out. */
@@ -37,13 +38,12 @@ typedef struct gl_item {
 
 static tl_status open_programs(tl_ctx *ctx, gl_state *s)
 {
+    const tli_gl_source layers = {"layers", tli_shader_screen_vert, "", tli_shader_layer_frag};
     tl_status st = tli_gl_begin(ctx, s->gl);
     if (st) return st;
     st = tli_gl_projector_open(ctx, s->gl, &s->projector);
     if (!st) st = tli_gl_painter_open(ctx, s->gl, &s->painter);
-    if (!st)
-        st = tli_gl_program(ctx, s->gl, "layers", tli_shader_screen_vert, tli_shader_layer_frag,
-                            &s->cover);
+    if (!st) st = tli_gl_program(ctx, s->gl, &layers, &s->cover);
     return tli_gl_end(ctx, s->gl, st);
 }
 
@@ -106,8 +106,7 @@ static tl_status check_item(tl_ctx *ctx, const tli_item *item)
     if (item->kind == TLI_ITEM_VOLUME &&
         (item->volume_opts.lit || item->volume_opts.gradient_opacity > 0))
         return tl_fail(ctx, TL_ERR_UNSUPPORTED, "OpenGL does not light volumes");
-    if (item->kind == TLI_ITEM_LINES || item->kind == TLI_ITEM_POINTS)
-        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "OpenGL draws neither lines nor points");
+
     return TL_OK;
 }
 
@@ -154,9 +153,24 @@ static void gl_remove(tl_ctx *ctx, void *state, tli_item *item)
 
 /* ---- a picture ---- */
 
+/* Points are translucent at their edges. */
 static bool is_painted(const tli_item *item, bool translucent)
 {
-    return item->kind != TLI_ITEM_VOLUME && (item->look.opacity < 1) == translucent;
+    if (item->kind == TLI_ITEM_VOLUME || !(item->look.opacity > 0)) return false;
+    return (item->look.opacity < 1) == translucent ||
+           (item->kind == TLI_ITEM_POINTS && translucent);
+}
+
+/* How far a thing reaches beyond its places, in units of the frame at a depth of 1. */
+static double reach_of(const tli_item *item, const tli_frame *frame)
+{
+    const tl_line_opts *l = &item->line_opts;
+    const tl_point_opts *p = &item->point_opts;
+    if (item->kind == TLI_ITEM_POINTS)
+        return p->radius > 0 ? p->radius / frame->unit : p->radius_px / frame->scale;
+    if (item->kind != TLI_ITEM_LINES) return 0;
+    double width = l->width > 0 ? l->width / frame->unit : l->width_px / frame->scale;
+    return TLI_ARROW_WIDTH * (width + (l->halo_px + 1) / frame->scale);
 }
 
 /* The depths that things may have in a view. */
@@ -170,8 +184,9 @@ static void set_depths(tli_gl_view *view, tli_item *const *items, size_t item_co
             double xyz[3], at[3];
             for (int k = 0; k < 3; k++) xyz[k] = corner >> k & 1 ? thing->high[k] : thing->low[k];
             tli_frame_place(view->frame, xyz, at);
-            near = fmin(near, at[2]);
-            far = fmax(far, at[2]);
+            double reach = reach_of(items[i], view->frame);
+            near = fmin(near, at[2] - reach);
+            far = fmax(far, at[2] + reach * fmax(1, at[2]));
         }
     }
     if (!(near <= far)) near = far = 0;
@@ -226,7 +241,7 @@ static void paint(const gl_state *s, const tli_gl_view *view, tli_item *const *i
     for (size_t i = 0; i < item_count; i++)
         if (is_painted(items[i], translucent))
             tli_gl_thing_draw(&s->painter, view, items[i], &((const gl_item *)items[i]->own)->thing,
-                              limit);
+                              translucent, limit);
     glDisable(GL_DEPTH_TEST);
 }
 

@@ -33,8 +33,8 @@ static tl_status make_corners(tl_ctx *ctx, tli_gl *gl, GLuint *buffer)
 tl_status tli_gl_projector_open(tl_ctx *ctx, tli_gl *gl, tli_gl_projector *projector)
 {
     *projector = (tli_gl_projector){0};
-    tl_status st = tli_gl_program(ctx, gl, "tets", tli_shader_tets_vert, tli_shader_tets_frag,
-                                  &projector->program);
+    const tli_gl_source source = {"tets", tli_shader_tets_vert, "", tli_shader_tets_frag};
+    tl_status st = tli_gl_program(ctx, gl, &source, &projector->program);
     if (!st) st = make_corners(ctx, gl, &projector->corners);
     return st;
 }

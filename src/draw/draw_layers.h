@@ -77,6 +77,11 @@ tl_status tli_layer_lines(tl_ctx *ctx, const tl_polydata *poly, const tl_look *l
 tl_status tli_layer_points(tl_ctx *ctx, const tl_polydata *points, const tl_look *look,
                            const tl_point_opts *opts, const tli_frame *frame, tli_layer *layer);
 
+/* In [0, 1), of a point's number: whether it stays where there are fewer. */
+double tli_point_die(uint64_t point);
+/* Width of an arrow head by that of its line. */
+#define TLI_ARROW_WIDTH 4.0
+
 /* ---- the volume ---- */
 
 /* A volume in a view. */

@@ -17,9 +17,9 @@ enum { RUN_SEGMENTS = 8, LINES_AT_ONCE = 64 };
 static const double NEAREST = 1e-4;
 /* Thinner bands would have holes between pixels. */
 static const double RADIUS_LEAST_PX = 0.5;
-/* An arrow head by the width of its line: its own width, its length; at most this part of the
+/* The length of an arrow head by the width of its line; at most this part of the
  * spacing. */
-static const double HEAD_WIDTH = 4, HEAD_LENGTH = 7, HEAD_PART_MAX = 0.8;
+static const double HEAD_LENGTH = 7, HEAD_PART_MAX = 0.8;
 /* Depth of a halo's point by its distance from the line. */
 static const double HALO_SLOPE = 2;
 
@@ -88,7 +88,8 @@ static double radius_on(const lines *l, double way, double z)
             o->arrow_spacing * (0.5 - moved / o->arrow_spacing + floor(moved / o->arrow_spacing));
         double length = HEAD_LENGTH * 2 * radius / pixels_at(l->frame, 1, z);
         length = fmin(length, HEAD_PART_MAX * o->arrow_spacing);
-        if (to_tip >= 0 && to_tip < length) return radius * fmax(1, HEAD_WIDTH * to_tip / length);
+        if (to_tip >= 0 && to_tip < length)
+            return radius * fmax(1, TLI_ARROW_WIDTH * to_tip / length);
     }
     double period = o->dash + o->gap;
     if (o->gap > 0 && moved - floor(moved / period) * period >= o->dash) return 0;
@@ -98,7 +99,7 @@ static double radius_on(const lines *l, double way, double z)
 /* The largest distance from the axis where a piece is seen. */
 static double reach_at(const lines *l, double z)
 {
-    double head = l->opts->arrow_spacing > 0 ? HEAD_WIDTH : 1;
+    double head = l->opts->arrow_spacing > 0 ? TLI_ARROW_WIDTH : 1;
     return head * radius_at(l, z) + l->opts->halo_px;
 }
 

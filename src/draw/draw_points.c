@@ -103,7 +103,7 @@ static void draw(const void *data, size_t piece, tli_tile *tile)
 /* ---- fewer at a distance ---- */
 
 /* In [0, 1), of a point's number: the finalizer of splitmix64. */
-static double die_of(uint64_t point)
+double tli_point_die(uint64_t point)
 {
     uint64_t z = (point + 1) * UINT64_C(0x9e3779b97f4a7c15);
     z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
@@ -120,7 +120,7 @@ static void thin_out(cloud *c)
         if (c->places[i][2] > 0 && c->places[i][2] < nearest) nearest = c->places[i][2];
     for (size_t i = 0; i < count; i++) {
         double share = nearest / c->places[i][2];
-        if (die_of(i) >= fmax(share * share, SHARE_MIN)) c->places[i][2] = (double)NAN;
+        if (tli_point_die(i) >= fmax(share * share, SHARE_MIN)) c->places[i][2] = (double)NAN;
     }
 }
 

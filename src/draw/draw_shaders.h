@@ -4,7 +4,10 @@
 #define TETRALOD_SRC_DRAW_SHADERS_H
 
 extern const char tli_shader_tets_vert[], tli_shader_tets_frag[];
+extern const char tli_shader_common[], tli_shader_shade[];
 extern const char tli_shader_surface_vert[], tli_shader_slices_vert[], tli_shader_paint_frag[];
+extern const char tli_shader_lines_vert[], tli_shader_lines_frag[];
+extern const char tli_shader_points_vert[], tli_shader_points_frag[];
 extern const char tli_shader_screen_vert[], tli_shader_layer_frag[];
 
 #endif

@@ -5,9 +5,7 @@ uniform usampler2D corners;       /* of tets */
 uniform sampler2D verts, normals; /* place and scalar; gradient and value */
 uniform mat3 turn;
 uniform vec3 offset;
-uniform bool parallel;
-uniform vec2 half_size, aside;
-uniform float scale, level;
+uniform float level; /* of the scalar, 0 to 1 over its range */
 
 out vec3 normal, at;
 out float value;
@@ -20,11 +18,6 @@ const int EDGES[96] = int[96](
     12, 13, 14, 0, 0, 0, 4, 8, 14, 4, 14, 13, 4, 9, 14, 4, 14, 12, 8, 9, 14, 0, 0, 0,
     8, 9, 13, 8, 13, 12, 4, 9, 13, 0, 0, 0, 4, 8, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0);
 
-ivec2 place(int i)
-{
-    return ivec2(i & 4095, i >> 12);
-}
-
 void main()
 {
     uvec4 ids = texelFetch(corners, place(gl_VertexID / 6), 0);
@@ -34,7 +27,7 @@ void main()
     int mask = int(above.x) + 2 * int(above.y) + 4 * int(above.z) + 8 * int(above.w);
     int edge = EDGES[6 * mask + gl_VertexID % 6];
     float sum = dot(s, vec4(1.0));
-    gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+    gl_Position = NOT_SEEN;
     normal = at = vec3(0.0);
     value = 0.0;
     if (edge == 0 || isnan(sum) || isinf(sum)) return;
@@ -46,6 +39,5 @@ void main()
                     texelFetch(verts, place(int(ids[b])), 0).xyz, part) + offset;
     normal = turn * gradient.xyz;
     value = gradient.w;
-    float w = parallel ? 1.0 : at.z;
-    gl_Position = vec4((at.xy * scale + aside * w) / half_size, 0.0, w);
+    gl_Position = clip_of(vec3(at.xy * scale, at.z));
 }

@@ -3,17 +3,10 @@ uniform usampler2D corners;
 uniform sampler2D verts, normals; /* normals.w: value */
 uniform mat3 turn;                /* from mesh units to right, up, forward */
 uniform vec3 offset;              /* of the anchor, in units of the frame */
-uniform bool parallel, has_normals;
-uniform vec2 half_size, aside;
-uniform float scale, unit;
+uniform bool has_normals;
 
 out vec3 normal, at; /* right, up, forward */
 out float value;
-
-ivec2 place(int i)
-{
-    return ivec2(i & 4095, i >> 12);
-}
 
 vec3 vert(int i)
 {
@@ -29,8 +22,7 @@ void main()
     value = carried.w;
     normal = turn * (has_normals ? carried.xyz : flat_normal);
     at = turn * texelFetch(verts, place(own), 0).xyz + offset;
-    float w = parallel ? 1.0 : at.z;
-    gl_Position = vec4((at.xy * scale + aside * w) / half_size, 0.0, w);
     /* without area, or not finite: not seen */
-    if (!(dot(flat_normal, flat_normal) > 0.0)) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+    gl_Position = dot(flat_normal, flat_normal) > 0.0 ? clip_of(vec3(at.xy * scale, at.z))
+                                                      : NOT_SEEN;
 }

@@ -5,9 +5,6 @@
  * integrals, as in draw_cast.inc.h: both are to be changed together. */
 uniform sampler2D near_depth, far_depth; /* the slab of depth that is drawn */
 uniform sampler2D sums, bases;           /* of the transfer function */
-uniform bool parallel;
-uniform vec2 pixel_middle; /* pixel coordinates of x = y = 0 */
-uniform float scale, unit; /* pixels of a unit length; mesh units of a depth of 1 */
 uniform float step_depth, opacity_end;
 
 in vec4 part;
@@ -20,11 +17,6 @@ const float SAME_VALUE = 0.05, PARTS_MAX = 256.0;
 struct integrals {
     vec4 base, rest;
 };
-
-ivec2 place(int i)
-{
-    return ivec2(i & 4095, i >> 12);
-}
 
 integrals sums_at(float value)
 {

@@ -4,17 +4,10 @@
 uniform usampler2D order, tets;
 uniform sampler2D verts; /* x, y in pixels from the middle (perspective: times z), depth, value */
 uniform int first;       /* of the order */
-uniform bool parallel;
-uniform vec2 half_size, aside; /* of the picture; from its middle to where x = y = 0, pixels */
 
 out vec4 part;         /* barycentric: 1 of its own corner */
 flat out vec4 rate;    /* of each part by depth; perspective: parts of the camera's place */
 flat out vec4 depths, values; /* of the corners */
-
-ivec2 place(int i)
-{
-    return ivec2(i & 4095, i >> 12);
-}
 
 void main()
 {
@@ -36,7 +29,5 @@ void main()
                     : -vec4(dot(b.xyz, na), dot(a.xyz, nb), dot(a.xyz, nc), dot(a.xyz, nd));
     rate /= volume;
     /* x, y and depth are left-handed; flat and inverted tets show nothing */
-    float w = parallel ? 1.0 : own.z;
-    gl_Position = volume < 0.0 ? vec4((own.xy + aside * w) / half_size, 0.0, w)
-                               : vec4(0.0, 0.0, 2.0, 1.0);
+    gl_Position = volume < 0.0 ? clip_of(own.xyz) : NOT_SEEN;
 }
