@@ -81,6 +81,61 @@ TL_API tl_status tl_slice_points(tl_ctx *ctx, const tl_mesh *mesh, const double 
                                  const tl_points_opts *opts, double *area_used,
                                  tl_polydata **points);
 
+/* ---- slices of a cut, patch by patch ---- */
+
+/* Where a scalar of a model has one of some values: triangles for each patch that is drawn, which
+ * stay as long as it is, so that a cut that moves costs what came and went. Patches whose stored
+ * range (of a plane: whose sphere) misses all values are never read. Belongs to one thread at a
+ * time; it and the store that it borrows use the context it was created with. */
+typedef struct tl_slices tl_slices;
+
+typedef struct tl_slices_opts {
+    size_t struct_bytes;
+    uint32_t channel;     /* of the store, on vertices, of several components their norm; TL_NONE
+                             (default): the distance from the plane */
+    double plane[6];      /* a point and a normal; default: z = 0 */
+    const double *values; /* [value_count] as of tl_slice_opts; copied */
+    size_t value_count;
+    bool normals; /* default true: of the gradient over the tets of all patches that are not passed
+                     over, the same on both sides of a border */
+    const uint32_t *channels; /* [channel_count] of the store, on vertices, to be carried along;
+                                 default none; copied */
+    size_t channel_count;
+} tl_slices_opts;
+TL_API tl_slices_opts tl_slices_opts_defaults(void);
+
+/* Gives *slices, without a patch. TL_ERR_ARG for options out of range. */
+TL_API tl_status tl_slices_create(tl_ctx *ctx, tl_store *store, const tl_slices_opts *opts,
+                                  tl_slices **slices);
+/* NULL is allowed. */
+TL_API void tl_slices_destroy(tl_slices *slices);
+/* Other values from the next update on, which decodes what these values cut. Copies. TL_ERR_ARG */
+TL_API tl_status tl_slices_set_values(tl_slices *slices, const double *values, size_t value_count);
+/* Goes over to these patches of one cut (tl_cut_patches), in any order, each once. Runs on the
+ * pool. On failure those before stay. TL_ERR_ARG for a patch that is none; TL_ERR_IO and
+ * TL_ERR_FORMAT name the patch. */
+TL_API tl_status tl_slices_update(tl_slices *slices, const uint32_t *patches, size_t patch_count);
+
+/* What is there, and what the last update took. */
+typedef struct tl_slices_state {
+    size_t patches;     /* that the values may cut */
+    size_t decoded;     /* of them, by the last update */
+    uint64_t tets;      /* of the decoded ones */
+    size_t triangles;   /* of all */
+    size_t passed_over; /* patches that the values miss */
+} tl_slices_state;
+TL_API tl_slices_state tl_slices_get_state(const tl_slices *slices);
+
+/* Triangles of one patch, borrowed until the next update; NULL where the values miss it. Vertices
+ * at borders are also there in the patches behind, at the same place, with the same values and
+ * normals, all to the bit. Order as of tl_slice_mesh. */
+TL_API const tl_polydata *tl_slices_patch(const tl_slices *slices, uint32_t patch);
+/* All triangles, patch after patch by number, with one vertex where patches share one: closed
+ * wherever the mesh of the cut is. Gives *triangles. Runs on the pool. TL_ERR_UNSUPPORTED for more
+ * than 2^32
+ * - 2 vertices. */
+TL_API tl_status tl_slices_join(const tl_slices *slices, tl_polydata **triangles);
+
 /* ---- boundary: what can be seen of a mesh from outside ---- */
 
 typedef struct tl_boundary_opts {

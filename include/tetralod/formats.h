@@ -172,6 +172,9 @@ TL_API tl_status tl_series_write(tl_ctx *ctx, const char *path, const char *cons
  * the log. The file appears only when complete. TL_ERR_ARG for an unknown ending, TL_ERR_IO,
  * TL_ERR_UNSUPPORTED for what a format has no place for: lines in .stl, counts past 32 bits. */
 TL_API tl_status tl_polydata_write(tl_ctx *ctx, const tl_polydata *polydata, const char *path);
+/* True if tl_polydata_write knows the ending of path and its kind of file has a place for cells of
+ * that kind. */
+TL_API bool tl_polydata_writes(tl_poly_kind kind, const char *path);
 
 /* ---- synthetic data ---- */
 

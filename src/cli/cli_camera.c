@@ -1,9 +1,25 @@
-/* Cameras in JSON, as VTK names them. */
+/* Cameras in JSON, as VTK names them, and views in words. */
 #include "cli_camera.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
+
+/* Most rays along a side of a picture. */
+static const uint32_t SIDE_MAX = 32768;
+
+/* Views by name: the side that is looked from. */
+static const struct {
+    const char *name;
+    double azimuth, elevation;
+} VIEWS[] = {{"+x", 90, 0},
+             {"-x", 270, 0},
+             {"+y", 180, 0},
+             {"-y", 0, 0},
+             {"+z", 0, 90},
+             {"-z", 180, -90},
+             {"iso", 45, 35.264389682754654}};
 
 /* The value under a name, whose letters may be large and whose underscores may be missing. */
 static const json_t *find(const json_t *object, const char *name)
@@ -139,4 +155,49 @@ int cli_cameras_write(const char *path, const tl_camera *cameras, size_t count)
     for (size_t i = 0; i < count; i++)
         put_camera(count == 1 ? root : cli_json_item(root), &cameras[i]);
     return cli_json_write(root, path);
+}
+
+int cli_picture_size(const cli_session *session, uint32_t samples, uint32_t size[2])
+{
+    char rest;
+    const char *text = cli_get(session, CLI_PICTURE_SIZE)->text;
+    if (sscanf(text, "%5ux%5u%c", &size[0], &size[1], &rest) == 2 && size[0] && size[1] &&
+        size[0] * samples <= SIDE_MAX && size[1] * samples <= SIDE_MAX)
+        return CLI_DONE;
+    return cli_misuse(session->args.verb, "--size %s: expected WxH of at most %u rays a side", text,
+                      SIDE_MAX);
+}
+
+int cli_view_read(const cli_session *session, double view[3])
+{
+    const char *text = cli_get(session, CLI_VIEW)->text;
+    view[2] = 1;
+    for (size_t i = 0; i < sizeof VIEWS / sizeof *VIEWS; i++) {
+        const size_t length = strlen(VIEWS[i].name);
+        if (strncmp(text, VIEWS[i].name, length) != 0 || (text[length] && text[length] != ','))
+            continue;
+        view[0] = VIEWS[i].azimuth;
+        view[1] = VIEWS[i].elevation;
+        if (!text[length]) return CLI_DONE;
+        if (cli_parse_reals(text + length + 1, &view[2], 1) && view[2] > 0) return CLI_DONE;
+    }
+    if (!cli_parse_reals(text, view, 3) && !cli_parse_reals(text, view, 2))
+        return cli_misuse(session->args.verb,
+                          "--view %s: expected AZ,EL or AZ,EL,ZOOM, or +x -x +y -y +z -z iso",
+                          text);
+    if (!(view[2] > 0)) return cli_misuse(session->args.verb, "--view %s: a zoom is above 0", text);
+    return CLI_DONE;
+}
+
+int cli_camera_choose(const cli_session *session, const double bounds[6], const uint32_t size[2],
+                      tl_camera *camera)
+{
+    double view[3];
+    const cli_value *file = cli_get(session, CLI_CAMERA);
+    int failed = cli_view_read(session, view);
+    if (failed) return failed;
+    *camera = tl_camera_fit(bounds, view[0], view[1], view[2], size[0], size[1]);
+    if (file->given) failed = cli_camera_read(session->ctx, file->text, camera);
+    for (int i = 0; i < 2; i++) camera->size_px[i] = size[i];
+    return failed;
 }

@@ -7,33 +7,9 @@
 #include "cli_scene.h"
 
 static const double PI = 3.14159265358979323846;
-enum { SIDE_MAX = 32768, FRAMES_MAX = 100000, ORBIT_POINTS = 72 };
-
-/* Views by name: the side that is looked from. */
-static const struct {
-    const char *name;
-    double azimuth, elevation;
-} VIEWS[] = {{"+x", 90, 0},
-             {"-x", 270, 0},
-             {"+y", 180, 0},
-             {"-y", 0, 0},
-             {"+z", 0, 90},
-             {"-z", 180, -90},
-             {"iso", 45, 35.264389682754654}};
+enum { FRAMES_MAX = 100000, ORBIT_POINTS = 72 };
 
 /* ---- words ---- */
-
-static int set_size(const cli_session *session, cli_picture *p)
-{
-    char rest;
-    const char *text = cli_get(session, CLI_PICTURE_SIZE)->text;
-    p->samples = (uint32_t)cli_get(session, CLI_SAMPLES)->count;
-    if (sscanf(text, "%5ux%5u%c", &p->width, &p->height, &rest) == 2 && p->width && p->height &&
-        p->width * p->samples <= SIDE_MAX && p->height * p->samples <= SIDE_MAX)
-        return CLI_DONE;
-    return cli_misuse(session->args.verb, "--size %s: expected WxH of at most %d rays a side", text,
-                      SIDE_MAX);
-}
 
 static int set_background(const cli_session *session, cli_picture *p)
 {
@@ -80,7 +56,11 @@ int cli_picture_words(const cli_session *session, cli_picture *picture)
     if (!out) return cli_misuse(session->args.verb, "-o OUT.png is missing");
     if (length < 4 || length >= CLI_PATH_BYTES - 32 || strcmp(out + length - 4, ".png") != 0)
         return cli_misuse(session->args.verb, "'%s': the name must end in .png", out);
-    int failed = set_size(session, picture);
+    uint32_t size[2] = {0};
+    picture->samples = (uint32_t)cli_get(session, CLI_SAMPLES)->count;
+    int failed = cli_picture_size(session, picture->samples, size);
+    picture->width = size[0];
+    picture->height = size[1];
     if (!failed) failed = set_background(session, picture);
     if (!failed) failed = set_frames(session, picture);
     return failed ? failed : cli_output_folder(out);
@@ -114,27 +94,6 @@ static void turn(const double axis[3], double degrees, const double v[3], double
     }
 }
 
-static int parse_view(const cli_session *session, double view[3])
-{
-    const char *text = cli_get(session, CLI_VIEW)->text;
-    view[2] = 1;
-    for (size_t i = 0; i < sizeof VIEWS / sizeof *VIEWS; i++) {
-        const size_t length = strlen(VIEWS[i].name);
-        if (strncmp(text, VIEWS[i].name, length) != 0 || (text[length] && text[length] != ','))
-            continue;
-        view[0] = VIEWS[i].azimuth;
-        view[1] = VIEWS[i].elevation;
-        if (!text[length]) return CLI_DONE;
-        if (cli_parse_reals(text + length + 1, &view[2], 1) && view[2] > 0) return CLI_DONE;
-    }
-    if (!cli_parse_reals(text, view, 3) && !cli_parse_reals(text, view, 2))
-        return cli_misuse(session->args.verb,
-                          "--view %s: expected AZ,EL or AZ,EL,ZOOM, or +x -x +y -y +z -z iso",
-                          text);
-    if (!(view[2] > 0)) return cli_misuse(session->args.verb, "--view %s: a zoom is above 0", text);
-    return CLI_DONE;
-}
-
 /* The corners of the box; for an orbit from all of its sides. Returns their number. */
 static size_t corners_of(const double bounds[6], const cli_picture *p, double (*points)[3])
 {
@@ -153,7 +112,7 @@ int cli_picture_camera(const cli_session *session, const double bounds[6], const
 {
     double view[3], points[8 * ORBIT_POINTS][3];
     const cli_value *file = cli_get(session, CLI_CAMERA);
-    int failed = parse_view(session, view);
+    int failed = cli_view_read(session, view);
     if (!failed && file->given)
         failed = cli_cameras_read(session->ctx, file->text, &picture->keys, &picture->key_count);
     if (failed) return failed;

@@ -1,5 +1,6 @@
 /* What a picture shows: the words that say it, or what a first look chooses; the mesh of a view. */
 #include "cli_scene.h"
+#include "cli_visible.h"
 
 #include <math.h>
 #include <string.h>
@@ -297,33 +298,59 @@ int cli_scene_plan(cli_scene *scene)
 
 /* ---- the mesh of a view ---- */
 
-/* Which values of a model's channels are visible: bins [channel_count][TL_BINS]. false: all. */
-static bool visible_bins(const cli_scene *scene, float *bins)
+/* What is seen of a model's channels: bins [channel_count][TL_BINS]. */
+typedef struct seen {
+    float *opacity, *unseen;
+} seen;
+
+/* The error of values from low to high that changes what is drawn for them by no more than shown;
+ * of a logarithmic scale small values count. */
+static double error_of(const cli_shade *shade, double low, double high, double shown)
+{
+    const double below = low - cli_shade_value(shade, cli_shade_shown(shade, low) - shown);
+    const double above = cli_shade_value(shade, cli_shade_shown(shade, high) + shown) - high;
+    const double error = fmin(below, above);
+    return error > 0 ? error : 0; /* NaN: no logarithm */
+}
+
+/* Values of a volume, by its opacities, or of colours on something else. */
+static void see_shade(const cli_scene *scene, const cli_shade *shade, uint32_t c, const seen *s)
+{
+    const double *range = scene->volume.head->channels[c].range;
+    const double width = (range[1] - range[0]) / TL_BINS;
+    for (uint32_t b = 0; b < TL_BINS; b++) {
+        const double low = range[0] + b * width, high = low + width;
+        double opacity = 1, shown = CLI_UNSEEN * (cli_shade_shown(shade, shade->range[1]) -
+                                                  cli_shade_shown(shade, shade->range[0]));
+        if (shade == scene->volume_shade)
+            cli_visible_points(&shade->points, cli_shade_shown(shade, low),
+                               cli_shade_shown(shade, high), &opacity, &shown);
+        const float error = (float)error_of(shade, low, high, shown);
+        const size_t at = c * (size_t)TL_BINS + b;
+        s->unseen[at] = s->opacity[at] > 0 ? fminf(s->unseen[at], error) : error;
+        s->opacity[at] = fmaxf(s->opacity[at], (float)opacity);
+    }
+}
+
+/* false: what is drawn depends on the channels in other ways, all of them count. */
+static bool see(const cli_scene *scene, const seen *s)
 {
     const cli_volume *volume = &scene->volume;
-    enum { STEPS = 16 };
-    if (scene->color_shade || scene->points_shade || scene->slice_count || scene->lines.name[0])
-        return false;
-    for (size_t i = 0; i <= scene->iso_count; i++) {
-        const cli_shade *shade = i ? scene->isos[i - 1].shade : scene->volume_shade;
-        if (!shade) continue;
+    if (scene->lines.name[0]) return false;
+    for (size_t i = 0; i < scene->shade_count; i++) {
+        const cli_shade *shade = scene->shades[i];
         const uint32_t c = cli_volume_channel(volume, shade->name);
-        if (c == TL_NONE) return false;
-        const double *range = volume->head->channels[c].range;
-        float *own = bins + (size_t)c * TL_BINS;
-        if (i) {
-            own[tl_bin_of(range, scene->isos[i - 1].value)] = 1;
-            continue;
-        }
-        for (size_t b = 0; b < TL_BINS * STEPS; b++) {
-            const double t = ((double)b + 0.5) / (TL_BINS * STEPS);
-            float rgb[3];
-            double extinction;
-            tl_transfer_at(shade->transfer,
-                           cli_shade_shown(shade, range[0] * (1 - t) + range[1] * t), rgb,
-                           &extinction);
-            own[b / STEPS] = fmaxf(own[b / STEPS], (float)-expm1(-extinction * scene->diagonal));
-        }
+        if (c == TL_NONE || !(shade->range[0] < shade->range[1])) return false;
+        if (shade == scene->volume_shade || shade == scene->color_shade ||
+            shade == scene->points_shade)
+            see_shade(scene, shade, c, s);
+    }
+    for (size_t i = 0; i < scene->iso_count; i++) { /* every error shows */
+        const uint32_t c = cli_volume_channel(volume, scene->isos[i].shade->name);
+        const size_t at =
+            c * (size_t)TL_BINS + tl_bin_of(volume->head->channels[c].range, scene->isos[i].value);
+        s->opacity[at] = 1;
+        s->unseen[at] = 0;
     }
     return true;
 }
@@ -350,18 +377,23 @@ static int take_mesh(cli_scene *scene, const tl_camera *camera)
     const char *names[CLI_SHADES_MAX];
     cli_volume_request request = cli_volume_request_defaults();
     if (!scene->volume.is_model) return CLI_DONE;
-    float *bins =
-        tl_mem_zalloc(scene->session->ctx, (size_t)scene->volume.head->channel_count * TL_BINS,
-                      sizeof *bins, &st);
+    const size_t bins = (size_t)scene->volume.head->channel_count * TL_BINS;
+    seen what = {tl_mem_zalloc(scene->session->ctx, bins, sizeof(float), &st), NULL};
+    what.unseen = tl_mem_zalloc(scene->session->ctx, bins, sizeof(float), &st);
+    if (st) tl_mem_free(scene->session->ctx, what.opacity);
     if (st) return cli_fail(scene->session, scene->session->ctx, st);
     request.camera = camera;
     request.name_count = needed_names(scene, names);
     request.names = request.name_count ? names : NULL;
-    if (visible_bins(scene, bins)) request.opacity = bins;
+    if (see(scene, &what)) {
+        request.opacity = what.opacity;
+        request.unseen = what.unseen;
+    }
     int failed = cli_volume_cut(scene->session, &scene->volume, &request);
     if (!failed) failed = cli_volume_mesh(scene->session, &scene->volume);
     scene->mesh = scene->volume.input.mesh;
-    tl_mem_free(scene->session->ctx, bins);
+    tl_mem_free(scene->session->ctx, what.unseen);
+    tl_mem_free(scene->session->ctx, what.opacity);
     for (size_t i = 0; !failed && !st && i < scene->shade_count; i++)
         st = cli_shade_bind(scene->session->ctx, scene->shades[i], scene->mesh);
     return st ? cli_fail(scene->session, scene->session->ctx, st) : failed;

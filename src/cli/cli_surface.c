@@ -1,7 +1,10 @@
-/* tetralod surface: isosurfaces and plane cuts of a model or a file, as triangles in a file. */
+/* tetralod surface: isosurfaces and plane cuts of a model or a file, as triangles in a file. A
+ * model is cut where the surface is and sliced patch by patch, a file as a whole. */
 #include <math.h>
 #include <string.h>
 
+#include "cli_camera.h"
+#include "cli_visible.h"
 #include "cli_volume.h"
 
 static const cli_option OPTIONS[] = {
@@ -9,8 +12,7 @@ static const cli_option OPTIONS[] = {
      "the file to write: .ply, .vtp, .stl, .obj or .glb; required"},
     {CLI_VALUE, 0, "value", CLI_TYPE_LIST, "[CHANNEL=]V[%]", NULL, 0, 0,
      "isosurface of a channel at a value, or at a part of its range; of a vector its length. May "
-     "be "
-     "given several times for one channel, which need not be named if there is but one"},
+     "be given several times for one channel, which need not be named if there is but one"},
     {CLI_PLANE, 0, "plane", CLI_TYPE_TEXT, "X,Y,Z,NX,NY,NZ", NULL, 0, 0,
      "the cut with the plane through a point, with a normal"},
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A,B", NULL, 0, 0,
@@ -18,19 +20,29 @@ static const cli_option OPTIONS[] = {
     {CLI_NO_NORMALS, 0, "no-normals", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "leave out the normals, which are those of the channel's gradient"},
 };
+static const cli_option SEEN[] = {
+    {CLI_VIEW, 0, "view", CLI_TYPE_TEXT, "AZ,EL[,ZOOM]", "30,20,1.2", 0, 0,
+     "of a model: for a picture as of 'render', in which --error Npx counts; what is out of view "
+     "may be coarse"},
+    {CLI_CAMERA, 0, "camera", CLI_TYPE_TEXT, "CAMERA.json", NULL, 0, 0,
+     "of a model: the same with a camera as VTK names it"},
+    {CLI_PICTURE_SIZE, 0, "size", CLI_TYPE_TEXT, "WxH", "1280x960", 0, 0, "pixels of that picture"},
+};
 static const cli_group GROUP = {"Options", OPTIONS, sizeof OPTIONS / sizeof *OPTIONS};
+static const cli_group SEEN_GROUP = {"View", SEEN, sizeof SEEN / sizeof *SEEN};
 
 typedef struct request {
-    const tl_mesh *mesh;
+    cli_volume *volume;
+    bool by_patch; /* of a model: no mesh is made of it */
     double values[CLI_LIST_MAX];
     size_t value_count;
     double plane[6];
-    const tl_channel *channel; /* of the values */
-    const double *scalar;      /* [vert_count] that is sliced */
-    double *own;               /* scalar where it is no channel */
-    double *gradients;         /* of it, or NULL */
-    size_t *carried;
+    uint32_t channel; /* of the values, in the model or mesh; TL_NONE: the plane */
+    uint32_t *carried;
     size_t carried_count;
+    tl_camera camera;
+    bool has_view;
+    float *opacity; /* of a model: the values' bins, or NULL */
 } request;
 
 static int check_words(const cli_session *session)
@@ -42,20 +54,85 @@ static int check_words(const cli_session *session)
     if (value == plane)
         return cli_misuse(verb, "say --value CHANNEL=V or --plane X,Y,Z,NX,NY,NZ%s",
                           value ? ", not both" : "");
+    if (!tl_polydata_writes(TL_POLY_TRIANGLES, out))
+        return cli_misuse(verb, "'%s': the name must end in .ply, .vtp, .stl, .obj or .glb", out);
     return cli_output_folder(out);
 }
 
-/* ---- values ---- */
+/* ---- channels of a model's step, or of a mesh ---- */
 
-static const tl_channel *only_channel(const tl_mesh *mesh)
+typedef struct field {
+    const char *name;
+    uint32_t components;
+    double range[2]; /* of its lengths */
+} field;
+
+static uint32_t field_count(const request *r)
 {
-    const tl_channel *found = NULL;
-    for (size_t c = 0; c < tl_mesh_channel_count(mesh); c++) {
-        const tl_channel *channel = tl_mesh_channel(mesh, c);
-        if (channel->on == TL_ON_VERTEX && found) return NULL;
-        if (channel->on == TL_ON_VERTEX) found = channel;
+    const cli_volume *v = r->volume;
+    return r->by_patch ? v->head->channel_count : (uint32_t)tl_mesh_channel_count(v->input.mesh);
+}
+
+/* False for a channel that is not on vertices, or of another step. */
+static bool is_field(const request *r, uint32_t c, const char **name)
+{
+    const cli_volume *v = r->volume;
+    if (!r->by_patch) {
+        *name = tl_mesh_channel(v->input.mesh, c)->name;
+        return tl_mesh_channel(v->input.mesh, c)->on == TL_ON_VERTEX;
+    }
+    *name = v->head->channels[c].name;
+    return v->head->channels[c].on == TL_ON_VERTEX && cli_in_step(&v->head->channels[c], &v->step);
+}
+
+static const char *field_name(const request *r, uint32_t c)
+{
+    const char *name;
+    is_field(r, c, &name);
+    return name;
+}
+
+/* The field of that name, or of no name the only one; TL_NONE if there is none. */
+static uint32_t find_field(const request *r, const char *wanted)
+{
+    uint32_t found = TL_NONE;
+    for (uint32_t c = 0; c < field_count(r); c++) {
+        const char *name;
+        if (!is_field(r, c, &name) || (*wanted && strcmp(name, wanted) != 0)) continue;
+        if (*wanted) return c;
+        if (found != TL_NONE) return TL_NONE;
+        found = c;
     }
     return found;
+}
+
+static int unknown_field(const cli_session *session, const request *r, const char *name)
+{
+    const cli_volume *v = r->volume;
+    return r->by_patch ? cli_unknown_in_model(session, v->head, &v->step, name)
+                       : cli_unknown_channel(session, v->input.mesh, name);
+}
+
+static void field_range(const request *r, uint32_t c, double range[2])
+{
+    const cli_volume *v = r->volume;
+    if (r->by_patch)
+        memcpy(range, v->head->channels[c].range, 2 * sizeof *range);
+    else
+        tl_channel_range(tl_mesh_channel(v->input.mesh, c), tl_mesh_vert_count(v->input.mesh),
+                         range, NULL);
+}
+
+/* ---- what is asked for ---- */
+
+/* "V" or "V%" */
+static bool parse_value(const char *text, double *value, bool *percent)
+{
+    char number[64] = "";
+    size_t length = strlen(text);
+    *percent = length && text[length - 1] == '%';
+    snprintf(number, sizeof number, "%.*s", (int)(length - *percent), text);
+    return cli_parse_real(number, value) && isfinite(*value);
 }
 
 static int set_values(const cli_session *session, request *r)
@@ -65,27 +142,22 @@ static int set_values(const cli_session *session, request *r)
         char name[CLI_NAME_BYTES] = "";
         const char *text = list->items[i];
         double value, range[2];
-        size_t length;
-        bool named = cli_split_named(list->items[i], name, sizeof name, &text);
-        const tl_channel *channel =
-            named ? cli_vertex_channel(r->mesh, name) : only_channel(r->mesh);
-        if (!channel && named) return cli_unknown_channel(session, r->mesh, name);
-        if (!channel)
+        bool percent;
+        cli_split_named(list->items[i], name, sizeof name, &text);
+        uint32_t c = find_field(r, name);
+        if (c == TL_NONE && *name) return unknown_field(session, r, name);
+        if (c == TL_NONE)
             return cli_misuse(session->args.verb, "--value %s: of which channel? CHANNEL=VALUE",
                               list->items[i]);
-        if (r->channel && channel != r->channel)
+        if (r->channel != TL_NONE && c != r->channel)
             return cli_misuse(session->args.verb,
                               "--value: one channel at a time, not '%s' and '%s'",
-                              cli_name(r->channel->name).s, cli_name(channel->name).s);
-        r->channel = channel;
-        length = strlen(text);
-        bool percent = length && text[length - 1] == '%';
-        char number[64] = "";
-        snprintf(number, sizeof number, "%.*s", (int)(length - percent), text);
-        if (!cli_parse_real(number, &value) || !isfinite(value))
+                              cli_name(field_name(r, r->channel)).s, cli_name(name).s);
+        r->channel = c;
+        if (!parse_value(text, &value, &percent))
             return cli_misuse(session->args.verb,
                               "--value %s: expected CHANNEL=VALUE or CHANNEL=P%%", list->items[i]);
-        tl_channel_range(channel, tl_mesh_vert_count(r->mesh), range, NULL);
+        field_range(r, c, range);
         r->values[r->value_count++] =
             percent ? range[0] + value / 100 * (range[1] - range[0]) : value;
     }
@@ -101,33 +173,179 @@ static int set_plane(const cli_session *session, request *r)
     return cli_misuse(session->args.verb, "--plane %s: expected X,Y,Z,NX,NY,NZ", text);
 }
 
-static tl_status make_scalar(cli_session *session, request *r)
+/* Of a mesh; as numbers of 32 bits. */
+static int carry_of_mesh(cli_session *session, request *r)
 {
-    tl_status st = TL_OK;
-    size_t count = tl_mesh_vert_count(r->mesh);
-    if (r->channel) {
-        st = cli_volume_scalar(session->ctx, r->channel, count, &r->own, &r->scalar);
-    } else {
-        r->scalar = r->own = tl_mem_alloc(session->ctx, count, sizeof *r->own, &st);
-        if (!st) st = tl_plane_distance(session->ctx, r->mesh, r->plane, r->plane + 3, r->own);
-    }
-    if (st || cli_get(session, CLI_NO_NORMALS)->given) return st;
-    tl_channel scalar = {.name = "scalar", .components = 1, .values = r->scalar};
-    r->gradients = tl_mem_alloc(session->ctx, count, 3 * sizeof *r->gradients, &st);
-    return st ? st : tl_mesh_gradient(session->ctx, r->mesh, &scalar, r->gradients);
+    size_t *list = NULL, count = 0;
+    int failed = cli_carried(session, r->volume->input.mesh, &list, &count);
+    for (size_t i = 0; !failed && i < count; i++) r->carried[i] = (uint32_t)list[i];
+    r->carried_count = count;
+    tl_mem_free(session->ctx, list);
+    return failed;
 }
 
-/* ---- summaries ---- */
+/* The same of a model. */
+static int carry_of_model(const cli_session *session, request *r)
+{
+    const char *known;
+    const cli_value *list = cli_get(session, CLI_CHANNELS);
+    for (uint32_t c = 0; c < field_count(r); c++)
+        if (is_field(r, c, &known) && (!list->given || cli_list_names(list, known)))
+            r->carried[r->carried_count++] = c;
+    for (size_t i = 0; i < list->item_count; i++)
+        for (const char *at = list->items[i]; *at;) {
+            char name[CLI_NAME_BYTES];
+            size_t length = strcspn(at, ",");
+            snprintf(name, sizeof name, "%.*s", (int)length, at);
+            if (find_field(r, name) == TL_NONE && find_field(r, list->items[i]) == TL_NONE)
+                return unknown_field(session, r, name);
+            at += length + (at[length] == ',');
+        }
+    return CLI_DONE;
+}
+
+static int set_carried(cli_session *session, request *r)
+{
+    tl_status st = TL_OK;
+    r->carried = tl_mem_alloc(session->ctx, field_count(r), sizeof *r->carried, &st);
+    if (st) return cli_fail(session, session->ctx, st);
+    return r->by_patch ? carry_of_model(session, r) : carry_of_mesh(session, r);
+}
+
+static int set_view(const cli_session *session, request *r)
+{
+    uint32_t size[2];
+    r->has_view = cli_get(session, CLI_VIEW)->given || cli_get(session, CLI_CAMERA)->given;
+    if (!r->has_view) return CLI_DONE;
+    int failed = cli_picture_size(session, 1, size);
+    return failed ? failed : cli_camera_choose(session, r->volume->bounds, size, &r->camera);
+}
+
+static int take_words(cli_session *session, request *r)
+{
+    int failed =
+        cli_get(session, CLI_PLANE)->given ? set_plane(session, r) : set_values(session, r);
+    return failed ? failed : set_carried(session, r);
+}
+
+/* ---- slicing ---- */
 
 typedef struct outcome {
-    const tl_polydata *surface;
+    tl_polydata *surface;
+    tl_slices_state slices; /* of a model */
+    double error;           /* of a model: at vertices whose values lie between theirs and V */
     double area;
     bool closed;
     double slice_seconds, write_seconds;
 } outcome;
 
-static void print_json(const cli_session *session, const cli_volume *volume, const request *r,
-                       const outcome *o)
+static tl_status slice_mesh(cli_session *session, const request *r, tl_polydata **surface)
+{
+    tl_ctx *ctx = session->ctx;
+    tl_status st = TL_OK;
+    const tl_mesh *mesh = r->volume->input.mesh;
+    size_t count = tl_mesh_vert_count(mesh);
+    double *own = NULL, *gradients = NULL;
+    const double *scalar = NULL;
+    size_t *carried = tl_mem_alloc(ctx, r->carried_count, sizeof *carried, &st);
+    for (size_t i = 0; !st && i < r->carried_count; i++) carried[i] = r->carried[i];
+    if (!st && r->channel != TL_NONE)
+        st = cli_volume_scalar(ctx, tl_mesh_channel(mesh, r->channel), count, &own, &scalar);
+    if (!st && r->channel == TL_NONE) {
+        scalar = own = tl_mem_alloc(ctx, count, sizeof *own, &st);
+        if (!st) st = tl_plane_distance(ctx, mesh, r->plane, r->plane + 3, own);
+    }
+    if (!cli_get(session, CLI_NO_NORMALS)->given) {
+        tl_channel channel = {.name = "scalar", .components = 1, .values = scalar};
+        gradients = tl_mem_alloc(ctx, count, 3 * sizeof *gradients, &st);
+        if (!st) st = tl_mesh_gradient(ctx, mesh, &channel, gradients);
+    }
+    tl_slice_opts opts = tl_slice_opts_defaults();
+    opts.values = r->values;
+    opts.value_count = r->value_count;
+    opts.gradients = gradients;
+    opts.channels = carried;
+    opts.channel_count = r->carried_count;
+    if (!st) st = tl_slice_mesh(ctx, mesh, scalar, &opts, surface);
+    tl_mem_free(ctx, gradients);
+    tl_mem_free(ctx, own);
+    tl_mem_free(ctx, carried);
+    return st;
+}
+
+static tl_status slice_model(cli_session *session, const request *r, outcome *o)
+{
+    tl_slices *slices = NULL;
+    size_t patch_count;
+    tl_slices_opts opts = tl_slices_opts_defaults();
+    const uint32_t *patches = tl_cut_patches(r->volume->cut, &patch_count);
+    opts.channel = r->channel;
+    if (r->channel == TL_NONE) memcpy(opts.plane, r->plane, sizeof opts.plane);
+    opts.values = r->values;
+    opts.value_count = r->value_count;
+    opts.normals = !cli_get(session, CLI_NO_NORMALS)->given;
+    opts.channels = r->carried;
+    opts.channel_count = r->carried_count;
+    tl_status st = tl_slices_create(session->ctx, r->volume->store, &opts, &slices);
+    if (!st) st = tl_slices_update(slices, patches, patch_count);
+    if (!st) o->slices = tl_slices_get_state(slices);
+    if (!st) st = tl_slices_join(slices, &o->surface);
+    tl_slices_destroy(slices);
+    return st;
+}
+
+/* The largest error that the cut has at the values. */
+static tl_status measure_error(cli_session *session, const request *r, outcome *o)
+{
+    tl_status st = TL_OK;
+    size_t patch_count;
+    const cli_volume *v = r->volume;
+    const uint32_t *patches = tl_cut_patches(v->cut, &patch_count);
+    o->error = v->head->channels[r->channel].codec_error;
+    for (size_t i = 0; !st && i < patch_count; i++) {
+        tl_patch_info patch;
+        tl_segment_info segment;
+        st = tl_store_patch(session->ctx, v->store, patches[i], &patch);
+        if (!st && patch.producer == TL_NONE)
+            o->error = fmax(o->error, v->head->levels[0].max_error[r->channel]);
+        if (st || patch.producer == TL_NONE) continue;
+        st = tl_store_segment(session->ctx, v->store, patch.producer, &segment);
+        for (size_t k = 0; !st && k < r->value_count; k++) {
+            uint32_t bin = tl_bin_of(v->head->channels[r->channel].range, r->values[k]);
+            o->error =
+                fmax(o->error, (double)segment.field_bins[r->channel * (size_t)TL_BINS + bin]);
+        }
+    }
+    return st;
+}
+
+/* Moves the cut: as fine as need be where the values are, if they are known. Nothing of a file. */
+static int cut_model(cli_session *session, request *r)
+{
+    tl_status st = TL_OK;
+    cli_volume_request seen = cli_volume_request_defaults();
+    if (r->channel != TL_NONE)
+        st = cli_visible_values(session->ctx, r->volume->head, r->channel, r->values,
+                                r->value_count, &r->opacity);
+    if (st) return cli_fail(session, session->ctx, st);
+    seen.camera = r->has_view ? &r->camera : NULL;
+    seen.opacity = r->opacity;
+    seen.channel = r->channel;
+    return cli_volume_cut(session, r->volume, &seen);
+}
+
+/* ---- summaries ---- */
+
+static void put_model(json_t *object, const request *r, const outcome *o)
+{
+    json_t *patches = cli_json_object(object, "patches");
+    cli_json_count(patches, "decoded", o->slices.decoded);
+    cli_json_count(patches, "passed_over", o->slices.passed_over);
+    cli_json_count(object, "tets_decoded", o->slices.tets);
+    if (r->channel != TL_NONE) cli_json_real(object, "field_error", o->error);
+}
+
+static void print_json(const cli_session *session, const request *r, const outcome *o)
 {
     json_t *object = json_object();
     cli_json_text(object, "file", cli_get(session, CLI_OUTPUT)->text);
@@ -135,22 +353,23 @@ static void print_json(const cli_session *session, const cli_volume *volume, con
     cli_json_count(object, "vertices", o->surface->vert_count);
     cli_json_real(object, "area", o->area);
     cli_json_flag(object, "closed", o->closed);
-    if (r->channel) {
-        cli_json_text(object, "channel", r->channel->name);
+    if (r->channel != TL_NONE) {
+        cli_json_text(object, "channel", field_name(r, r->channel));
         cli_json_reals(object, "values", r->values, r->value_count);
     }
-    cli_json_volume(cli_json_object(object, "volume"), volume);
+    if (r->by_patch) put_model(object, r, o);
+    cli_json_volume(cli_json_object(object, "volume"), r->volume);
     cli_json_real(object, "seconds", o->slice_seconds);
-    cli_json_real(object, "read_seconds", volume->seconds);
+    cli_json_real(object, "read_seconds", r->volume->seconds);
     cli_json_real(object, "write_seconds", o->write_seconds);
     cli_json_facts(object, session->ctx);
     cli_json_print(object);
 }
 
-static void print_text(cli_session *session, const cli_volume *volume, const outcome *o)
+static void print_text(cli_session *session, const request *r, const outcome *o)
 {
     const char *path = cli_get(session, CLI_OUTPUT)->text;
-    cli_print_volume(session, volume);
+    cli_print_volume(session, r->volume);
     printf("surface     %s triangles, %s vertices, area %s, %s (%s)\n",
            cli_count(o->surface->cell_count).s, cli_count(o->surface->vert_count).s,
            cli_real(o->area).s,
@@ -158,6 +377,13 @@ static void print_text(cli_session *session, const cli_volume *volume, const out
            : o->closed             ? "closed"
                                    : "with a border",
            cli_seconds(o->slice_seconds).s);
+    if (r->by_patch)
+        printf("            %s tets in %s patches decoded, %s patches passed over\n",
+               cli_count(o->slices.tets).s, cli_count(o->slices.decoded).s,
+               cli_count(o->slices.passed_over).s);
+    if (r->by_patch && r->channel != TL_NONE)
+        printf("            on the right side of all points whose value is more than %s off\n",
+               cli_real(o->error).s);
     cli_print_notes(session);
     printf("wrote       %s (%s, %s)\n", path, cli_bytes((double)cli_file_bytes(path)).s,
            cli_seconds(o->write_seconds).s);
@@ -165,58 +391,59 @@ static void print_text(cli_session *session, const cli_volume *volume, const out
 
 /* ---- the verb ---- */
 
-static tl_status slice(cli_session *session, request *r, tl_polydata **surface, outcome *o)
+static tl_status make_surface(cli_session *session, request *r, outcome *o)
 {
-    tl_slice_opts opts = tl_slice_opts_defaults();
     double start = cli_now();
-    tl_status st = make_scalar(session, r);
-    opts.values = r->values;
-    opts.value_count = r->value_count;
-    opts.gradients = r->gradients;
-    opts.channels = r->carried;
-    opts.channel_count = r->carried_count;
-    if (!st) st = tl_slice_mesh(session->ctx, r->mesh, r->scalar, &opts, surface);
+    tl_status st = r->by_patch ? slice_model(session, r, o) : slice_mesh(session, r, &o->surface);
     o->slice_seconds = cli_now() - start;
-    if (!st) st = tl_polydata_closed(session->ctx, *surface, &o->closed);
-    if (!st) o->area = tl_polydata_size(*surface);
-    o->surface = *surface;
+    if (!st && r->by_patch && r->channel != TL_NONE) st = measure_error(session, r, o);
+    if (!st) st = tl_polydata_closed(session->ctx, o->surface, &o->closed);
+    if (!st) o->area = tl_polydata_size(o->surface);
+    start = cli_now();
+    if (!st) st = tl_polydata_write(session->ctx, o->surface, cli_get(session, CLI_OUTPUT)->text);
+    o->write_seconds = cli_now() - start;
     return st;
 }
 
-static int make_surface(cli_session *session, const cli_volume *volume, request *r)
+/* Words that change the mesh need it whole. */
+static int prepare(cli_session *session, request *r)
 {
-    tl_polydata *surface = NULL;
+    int failed = set_view(session, r);
+    r->by_patch = r->volume->is_model && !cli_derive_given(session);
+    if (!failed && !r->by_patch) failed = cut_model(session, r);
+    if (!failed && !r->by_patch) failed = cli_volume_mesh(session, r->volume);
+    if (!failed) failed = take_words(session, r);
+    if (!failed && r->by_patch) failed = cut_model(session, r);
+    return failed;
+}
+
+static int surface(cli_session *session, request *r)
+{
     outcome o = {0};
-    int failed =
-        cli_get(session, CLI_PLANE)->given ? set_plane(session, r) : set_values(session, r);
-    if (!failed) failed = cli_carried(session, r->mesh, &r->carried, &r->carried_count);
+    int failed = prepare(session, r);
     if (failed) return failed;
-    tl_status st = slice(session, r, &surface, &o);
-    double start = cli_now();
-    if (!st) st = tl_polydata_write(session->ctx, surface, cli_get(session, CLI_OUTPUT)->text);
-    o.write_seconds = cli_now() - start;
+    tl_status st = make_surface(session, r, &o);
     cli_progress_clear(&session->progress);
     if (st)
         failed = cli_fail(session, session->ctx, st);
     else if (cli_get(session, CLI_JSON)->given)
-        print_json(session, volume, r, &o);
+        print_json(session, r, &o);
     else if (cli_loud(session))
-        print_text(session, volume, &o);
-    tl_polydata_destroy(session->ctx, surface);
+        print_text(session, r, &o);
+    tl_polydata_destroy(session->ctx, o.surface);
     return failed;
 }
 
 static int run(cli_session *session)
 {
     cli_volume volume;
+    request r = {.volume = &volume, .channel = TL_NONE};
     int exit_status = check_words(session);
-    if (!exit_status) exit_status = cli_volume_open(session, session->args.operands[0], &volume);
+    if (!exit_status) exit_status = cli_volume_begin(session, session->args.operands[0], &volume);
     if (exit_status) return exit_status;
-    request r = {.mesh = volume.input.mesh};
-    exit_status = make_surface(session, &volume, &r);
+    exit_status = surface(session, &r);
+    tl_mem_free(session->ctx, r.opacity);
     tl_mem_free(session->ctx, r.carried);
-    tl_mem_free(session->ctx, r.gradients);
-    tl_mem_free(session->ctx, r.own);
     cli_volume_close(session, &volume);
     return exit_status;
 }
@@ -225,7 +452,9 @@ static const char *const EXAMPLES[] = {
     "tetralod surface flow.tlod -o shock.ply --value density=1.4",
     "The isosurface of the finest mesh, with all channels on it",
     "tetralod surface flow.tlod -o shells.glb --value 20% --value 50% --value 80% --error 1%",
-    "Three surfaces of the only channel, from a mesh with an error of 1 %",
+    "Three surfaces of the only channel, on the right side of all points that are 1 % off",
+    "tetralod surface flow.tlod -o shock.ply --value density=1.4 --camera camera.json --error 1px",
+    "As fine as a pixel of a view asks for",
     "tetralod surface wing.vtu -o middle.vtp --plane 0,0,0,0,1,0 --channels pressure",
     "A plane cut that carries one channel",
     NULL};
@@ -236,9 +465,14 @@ const cli_verb cli_verb_surface = {
     .operand_least = 1,
     .operand_most = 1,
     .about = "isosurfaces and plane cuts as triangles",
-    .details = "IN is a model or any file that 'tetralod formats' lists. Triangles look to lower "
-               "values, and so do the normals. In JSON closed tells whether every edge has two "
-               "triangles; seconds is the slicing alone, gradients included.",
-    .groups = {&GROUP, &cli_group_detail, &cli_group_derive, &cli_group_reading, &cli_group_common},
+    .details =
+        "IN is a model or any file that 'tetralod formats' lists. Triangles look to lower "
+        "values, and so do the normals. Of a model patches that the values miss are not read. "
+        "--error of the channel of the values, or of none, counts where the values are: it is how "
+        "far off the value of a point may be that lies on the wrong side. In JSON closed tells "
+        "whether every edge has two triangles; seconds is the slicing alone, gradients included, "
+        "of a model decoding, too.",
+    .groups = {&GROUP, &cli_group_detail, &SEEN_GROUP, &cli_group_derive, &cli_group_reading,
+               &cli_group_common},
     .examples = EXAMPLES,
     .run = run};

@@ -10,6 +10,10 @@
 /* Numbers of a node, and the most nodes that make sense. */
 enum { NODE_NUMBERS = 4, NODES_MOST = 1 << 20 };
 
+/* Errors looked at, as parts of a bin's width: from the first on, each twice the one before. */
+static const double UNSEEN_LEAST = 0x1p-6;
+enum { UNSEEN_STEPS = 9 };
+
 typedef struct node {
     double value, opacity;
     bool is_bent; /* the way to the next node is no straight line */
@@ -185,4 +189,62 @@ int cli_visible_read(cli_session *session, const tl_store_head *head, float **op
     else
         *opacity = bins;
     return exit_status;
+}
+
+/* ---- what is drawn ---- */
+
+/* Largest opacity that points give values from low to high. */
+static double opacity_between(const cli_points *p, double low, double high)
+{
+    node nodes[CLI_POINTS_MAX];
+    for (size_t i = 0; i < p->opacity_count; i++)
+        nodes[i] = (node){p->opacities[i].value, p->opacities[i].opacity, false};
+    return most_opaque(nodes, p->opacity_count, low, high);
+}
+
+/* How fast opacity and colour change at most with values from low to high. */
+static double steepest(const cli_points *p, double low, double high)
+{
+    double fade = 0, shade = 0;
+    for (size_t i = 0; i + 1 < p->opacity_count; i++) {
+        const tl_opacity_point *a = &p->opacities[i], *b = a + 1;
+        if (b->value < low || a->value > high || a->opacity == b->opacity) continue;
+        fade = fmax(fade, fabs(b->opacity - a->opacity) / (b->value - a->value));
+    }
+    for (size_t i = 0; i + 1 < p->color_count; i++) {
+        const tl_color_point *a = &p->colors[i], *b = a + 1;
+        if (b->value < low || a->value > high) continue;
+        for (int k = 0; k < 3; k++)
+            if (a->rgb[k] != b->rgb[k])
+                shade = fmax(shade, fabs(b->rgb[k] - a->rgb[k]) / (b->value - a->value));
+    }
+    const double most = opacity_between(p, low, high);
+    return fade + (most > 0 ? most * shade : 0);
+}
+
+/* The largest error of values from low to high, up to some bins, that does not show. */
+static double unseen_error(const cli_points *p, double low, double high)
+{
+    double reach = UNSEEN_LEAST * (high - low), error = 0;
+    for (int i = 0; i < UNSEEN_STEPS; i++, reach *= 2)
+        error = fmax(error, fmin(reach, CLI_UNSEEN / steepest(p, low - reach, high + reach)));
+    return error;
+}
+
+void cli_visible_points(const cli_points *points, double low, double high, double *opacity,
+                        double *unseen)
+{
+    *opacity = opacity_between(points, low, high);
+    *unseen = unseen_error(points, low, high);
+}
+
+tl_status cli_visible_values(tl_ctx *ctx, const tl_store_head *head, uint32_t channel,
+                             const double *values, size_t value_count, float **opacity)
+{
+    tl_status st = TL_OK;
+    *opacity = tl_mem_zalloc(ctx, (size_t)head->channel_count * TL_BINS, sizeof **opacity, &st);
+    for (size_t i = 0; !st && i < value_count; i++)
+        (*opacity)[channel * (size_t)TL_BINS +
+                   tl_bin_of(head->channels[channel].range, values[i])] = 1;
+    return st;
 }

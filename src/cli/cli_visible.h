@@ -2,7 +2,7 @@
 #ifndef TETRALOD_CLI_VISIBLE_H
 #define TETRALOD_CLI_VISIBLE_H
 
-#include "cli_session.h"
+#include "cli_transfer.h"
 
 /* From --iso CHANNEL=VALUE and --transfer [CHANNEL=]FILE: opacities of the bins of all channels,
  * for a query; the larger one where both say something, 0 where nothing is said. A file is a colour
@@ -10,5 +10,16 @@
  * (tl_mem_free), NULL if neither option was given. Returns an exit status; the message is out
  * already. */
 int cli_visible_read(cli_session *session, const tl_store_head *head, float **opacity);
+
+/* A change of colour, or of opacity, that is not seen in a picture of 8 bits. */
+#define CLI_UNSEEN (1.0 / 64)
+/* How opaque colours and opacities make values from low to high at most, and the largest error of
+ * these values that changes opacity, and colour times opacity, by no more than CLI_UNSEEN; it looks
+ * no farther than some times high - low. */
+void cli_visible_points(const cli_points *points, double low, double high, double *opacity,
+                        double *unseen);
+/* Of isosurfaces of one channel at values [value_count]: every error shows. Gives *opacity. */
+tl_status cli_visible_values(tl_ctx *ctx, const tl_store_head *head, uint32_t channel,
+                             const double *values, size_t value_count, float **opacity);
 
 #endif

@@ -1,14 +1,10 @@
 /* Gradients of a scalar at vertices. Each patch adds up its own tets; then the sums of vertices
  * that several patches hold are added in the order of the patches, and handed back to all of them,
  * so that shading shows no border. */
+#include "cut/cut_gradient.h"
+
 #include "base/base_vec.h"
 #include "cut/cut_keys.h"
-#include "tetralod/cut.h"
-
-/* Sum of volume times gradient, and of volume. */
-typedef struct slope {
-    double sum[3], volume;
-} slope;
 
 typedef struct job {
     tl_ctx *ctx;
@@ -16,12 +12,12 @@ typedef struct job {
     const tl_patch *const *patches;
     const double *const *values;
     double *const *gradients;
-    slope **slopes; /* [patch_count][vert_count] */
+    tli_slope **slopes; /* [patch_count][vert_count] */
 } job;
 
 /* Adds 6 times the volume, and that times the gradient, of one tet to its corners. */
 static void add_tet(const tl_patch *p, const double *xyz, const double *values, uint32_t t,
-                    slope *slopes)
+                    tli_slope *slopes)
 {
     const uint16_t *q = p->tets[t];
     double e[3][3], n[3][3], sum[3] = {0};
@@ -35,10 +31,21 @@ static void add_tet(const tl_patch *p, const double *xyz, const double *values, 
         for (int k = 0; k < 3; k++) sum[k] += n[i][k] * (values[q[i + 1]] - values[q[0]]);
     if (!(volume > 0) || !vec_is_finite(sum)) return;
     for (int i = 0; i < 4; i++) {
-        slope *s = &slopes[q[i]];
+        tli_slope *s = &slopes[q[i]];
         for (int k = 0; k < 3; k++) s->sum[k] += sum[k];
         s->volume += volume;
     }
+}
+
+void tli_slopes_add(const tl_patch *patch, const double *xyz, const double *values,
+                    tli_slope *slopes)
+{
+    for (uint32_t t = 0; t < patch->tet_count; t++) add_tet(patch, xyz, values, t, slopes);
+}
+
+void tli_slope_gradient(const tli_slope *slope, double gradient[3])
+{
+    for (int k = 0; k < 3; k++) gradient[k] = slope->volume > 0 ? slope->sum[k] / slope->volume : 0;
 }
 
 static tl_status add_patches(void *arg, size_t begin, size_t end, unsigned worker)
@@ -52,8 +59,7 @@ static tl_status add_patches(void *arg, size_t begin, size_t end, unsigned worke
         j->slopes[i] = tl_mem_zalloc(j->ctx, p->vert_count, sizeof **j->slopes, &st);
         for (uint32_t v = 0; !st && v < p->vert_count; v++)
             tl_lattice_xyz(j->lattice, p->places[v], xyz + 3 * v);
-        for (uint32_t t = 0; !st && t < p->tet_count; t++)
-            add_tet(p, xyz, j->values[i], t, j->slopes[i]);
+        if (!st) tli_slopes_add(p, xyz, j->values[i], j->slopes[i]);
         tl_mem_free(j->ctx, xyz);
     }
     return st;
@@ -72,12 +78,12 @@ static tl_status join_shared(job *j, size_t patch_count)
     for (size_t i = 0; i < patch_count; i++)
         for (uint32_t v = 0; v < j->patches[i]->vert_count; v++) shared += j->patches[i]->shared[v];
     tl_status st = tli_keys_open(j->ctx, shared, &keys);
-    slope *sums = tl_mem_zalloc(j->ctx, shared, sizeof *sums, &st);
+    tli_slope *sums = tl_mem_zalloc(j->ctx, shared, sizeof *sums, &st);
     for (int pass = 0; pass < 2; pass++)
         for (size_t i = 0; !st && i < patch_count; i++)
             for (uint32_t v = 0; !st && v < j->patches[i]->vert_count; v++) {
                 uint32_t key;
-                slope *own = &j->slopes[i][v];
+                tli_slope *own = &j->slopes[i][v];
                 if (!j->patches[i]->shared[v]) continue;
                 st = key_of(&keys, j->patches[i], v, &key);
                 if (st) break;
@@ -101,10 +107,7 @@ tl_status tl_patches_gradient(tl_ctx *ctx, const tl_lattice *lattice,
     if (!st) st = join_shared(&j, patch_count);
     for (size_t i = 0; !st && i < patch_count; i++)
         for (uint32_t v = 0; v < patches[i]->vert_count; v++)
-            for (int k = 0; k < 3; k++) {
-                const slope *s = &j.slopes[i][v];
-                gradients[i][3 * (size_t)v + (size_t)k] = s->volume > 0 ? s->sum[k] / s->volume : 0;
-            }
+            tli_slope_gradient(&j.slopes[i][v], gradients[i] + 3 * (size_t)v);
     for (size_t i = 0; j.slopes && i < patch_count; i++) tl_mem_free(ctx, j.slopes[i]);
     tl_mem_free(ctx, j.slopes);
     return st;

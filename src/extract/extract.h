@@ -19,6 +19,22 @@ typedef struct tli_cut_edge {
     uint32_t level;
 } tli_cut_edge;
 
+/* Where a vertex of a slice is on its edge. */
+typedef struct tli_slice_end {
+    tl_lidx
+        ends[2]; /* vertices of the mesh, in an order that other meshes with the edge find, too */
+    uint32_t level; /* which of the values, by their size */
+    double weight;  /* of the second end */
+} tli_slice_end;
+/* As tl_slice_mesh; gives also *ends [vert_count] of the result (tl_mem_free); NULL: not asked. */
+tl_status tli_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
+                         const tl_slice_opts *opts, tl_polydata **triangles, tli_slice_end **ends);
+/* TL_ERR_ARG where values are too few, too many or not finite; and in rising order. */
+tl_status tli_slice_values_check(tl_ctx *ctx, const double *values, size_t value_count);
+void tli_slice_values_sort(const double *values, size_t value_count, double *sorted);
+/* The normal at a weight between ends with these gradients; 0 where there is none. */
+void tli_slice_normal(const double a[3], const double b[3], double w, float normal[3]);
+
 /* Cut edges as pieces found them, in places of their own: piece p has edges [starts[p], starts[p] +
  * counts[p]); an edge may be there several times. */
 typedef struct tli_cut_edges {

@@ -50,6 +50,7 @@ typedef struct job {
     uint32_t *numbers;    /* of cut edges */
     table *tables;        /* [threads] */
     tli_cut_edge *unique; /* [vert_count] of the result */
+    tli_slice_end *ends;  /* [vert_count] of the result, or NULL: not asked */
     double **values;      /* [channel_count] of the result */
     const tl_slice_opts *opts;
     tl_polydata *out;
@@ -239,15 +240,13 @@ static double mix(double a, double b, double w)
     return a * (1 - w) + b * w;
 }
 
-static void set_normal(const job *j, size_t vert, const size_t ends[2], double w)
+void tli_slice_normal(const double a[3], const double b[3], double w, float normal[3])
 {
     double n[3];
-    for (size_t k = 0; k < 3; k++)
-        n[k] = -mix(j->opts->gradients[3 * ends[0] + k], j->opts->gradients[3 * ends[1] + k], w);
+    for (int k = 0; k < 3; k++) n[k] = -mix(a[k], b[k], w);
     double length = vec_length(n);
     bool usable = length > 0 && isfinite(length);
-    for (size_t k = 0; k < 3; k++)
-        j->out->normals[3 * vert + k] = usable ? (float)(n[k] / length) : 0;
+    for (int k = 0; k < 3; k++) normal[k] = usable ? (float)(n[k] / length) : 0;
 }
 
 static void set_values(const job *j, size_t vert, const size_t ends[2], double w)
@@ -271,7 +270,12 @@ static tl_status set_verts(void *arg, size_t begin, size_t end, unsigned worker)
         for (size_t k = 0; k < 3; k++)
             j->out->xyz[3 * vert + k] =
                 mix(j->mesh->xyz[3 * ends[0] + k], j->mesh->xyz[3 * ends[1] + k], w);
-        if (j->out->normals) set_normal(j, vert, ends, w);
+        if (j->out->normals)
+            tli_slice_normal(j->opts->gradients + 3 * ends[0], j->opts->gradients + 3 * ends[1], w,
+                             j->out->normals + 3 * vert);
+        if (j->ends)
+            j->ends[vert] =
+                (tli_slice_end){{(tl_lidx)ends[0], (tl_lidx)ends[1]}, j->unique[vert].level, w};
         set_values(j, vert, ends, w);
     }
     return TL_OK;
@@ -299,14 +303,33 @@ static tl_status make_verts(job *j)
 
 /* ---- the slice ---- */
 
+tl_status tli_slice_values_check(tl_ctx *ctx, const double *values, size_t value_count)
+{
+    if (!value_count || value_count > TL_SLICE_VALUES_MAX)
+        return tl_fail(ctx, TL_ERR_ARG, "a slice takes 1 to %u values, not %zu",
+                       TL_SLICE_VALUES_MAX, value_count);
+    for (size_t k = 0; k < value_count; k++)
+        if (!isfinite(values[k]))
+            return tl_fail(ctx, TL_ERR_ARG, "value %zu of a slice is not finite", k);
+    return TL_OK;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+void tli_slice_values_sort(const double *values, size_t value_count, double *sorted)
+{
+    memcpy(sorted, values, value_count * sizeof *sorted);
+    qsort(sorted, value_count, sizeof *sorted, by_value);
+}
+
 static tl_status take_opts(tl_ctx *ctx, const tl_mesh *mesh, const tl_slice_opts *o)
 {
-    if (!o->value_count || o->value_count > TL_SLICE_VALUES_MAX)
-        return tl_fail(ctx, TL_ERR_ARG, "a slice takes 1 to %u values, not %zu",
-                       TL_SLICE_VALUES_MAX, o->value_count);
-    for (size_t k = 0; k < o->value_count; k++)
-        if (!isfinite(o->values[k]))
-            return tl_fail(ctx, TL_ERR_ARG, "value %zu of a slice is not finite", k);
+    tl_status st = tli_slice_values_check(ctx, o->values, o->value_count);
+    if (st) return st;
     for (size_t c = 0; c < o->channel_count; c++)
         if (o->channels[c] >= mesh->channel_count ||
             mesh->channels[o->channels[c]].on != TL_ON_VERTEX)
@@ -316,12 +339,6 @@ static tl_status take_opts(tl_ctx *ctx, const tl_mesh *mesh, const tl_slice_opts
         return tl_fail(ctx, TL_ERR_ARG, "the range index is that of %zu tets, the mesh has %zu",
                        o->ranges->tet_count, mesh->tet_count);
     return TL_OK;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 /* Triangles between cut edges, and all cut edges. */
@@ -356,6 +373,12 @@ tl_slice_opts tl_slice_opts_defaults(void)
 tl_status tl_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
                         const tl_slice_opts *opts, tl_polydata **triangles)
 {
+    return tli_slice_mesh(ctx, mesh, scalar, opts, triangles, NULL);
+}
+
+tl_status tli_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
+                         const tl_slice_opts *opts, tl_polydata **triangles, tli_slice_end **ends)
+{
     tl_slice_opts own = tl_slice_opts_defaults();
     *triangles = NULL;
     tl_status st = tli_opts_take(ctx, "tl_slice_opts", opts, &own, sizeof own);
@@ -368,12 +391,12 @@ tl_status tl_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
              .level_count = own.value_count,
              .opts = &own,
              .cut.piece_count = (mesh->tet_count + TLI_SLICE_TETS - 1) / TLI_SLICE_TETS};
-    memcpy(j.levels, own.values, own.value_count * sizeof *j.levels);
-    qsort(j.levels, j.level_count, sizeof *j.levels, by_value);
+    tli_slice_values_sort(own.values, own.value_count, j.levels);
     j.out = tl_mem_zalloc(ctx, 1, sizeof *j.out, &st);
     if (!st) j.out->kind = TL_POLY_TRIANGLES;
     if (!st) st = march(&j);
     if (!st) st = tli_weld_edges(ctx, &j.cut, j.numbers, &j.unique, &j.out->vert_count);
+    if (!st && ends) j.ends = tl_mem_alloc(ctx, j.out->vert_count, sizeof *j.ends, &st);
     if (!st) st = tli_parallel(ctx, j.out->cell_count, GRAIN, number_corners, &j);
     if (!st) st = make_verts(&j);
     tl_mem_free(ctx, j.unique);
@@ -384,9 +407,12 @@ tl_status tl_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
     tl_mem_free(ctx, j.cut.starts);
     tl_mem_free(ctx, j.triangles);
     tl_mem_free(ctx, j.ranks);
-    if (st)
+    if (st) {
+        tl_mem_free(ctx, j.ends);
         tl_polydata_destroy(ctx, j.out);
-    else
-        *triangles = j.out;
-    return st;
+        return st;
+    }
+    if (ends) *ends = j.ends;
+    *triangles = j.out;
+    return TL_OK;
 }

@@ -131,13 +131,24 @@ static void say_left_out(const tli_poly_out *out, const writer *w, const char *p
                FLOAT_ROUNDING * out->largest);
 }
 
+static const writer *find_writer(const char *path)
+{
+    for (size_t i = 0; i < sizeof WRITERS / sizeof *WRITERS; i++)
+        if (tli_path_ends(path, WRITERS[i].ending)) return &WRITERS[i];
+    return NULL;
+}
+
+bool tl_polydata_writes(tl_poly_kind kind, const char *path)
+{
+    const writer *w = find_writer(path);
+    return w && w->kinds[kind];
+}
+
 tl_status tl_polydata_write(tl_ctx *ctx, const tl_polydata *polydata, const char *path)
 {
     static const char *const kinds[] = {"", "points", "lines", "triangles"};
-    const writer *w = NULL;
+    const writer *w = find_writer(path);
     tli_poly_out out = {.ctx = ctx, .poly = polydata};
-    for (size_t i = 0; i < sizeof WRITERS / sizeof *WRITERS; i++)
-        if (tli_path_ends(path, WRITERS[i].ending)) w = &WRITERS[i];
     if (!w)
         return tl_fail(ctx, TL_ERR_ARG, "'%s': the name must end in .ply, .vtp, .stl, .obj or .glb",
                        path);

@@ -1,0 +1,50 @@
+/* Stage extract, internal: slices of a cut, patch by patch. */
+#ifndef TETRALOD_SRC_EXTRACT_SLICES_H
+#define TETRALOD_SRC_EXTRACT_SLICES_H
+
+#include "cut/cut_gradient.h"
+#include "extract/extract.h"
+
+/* A vertex at an edge one or both of whose ends other patches hold, too: its normal depends on
+ * them. */
+typedef struct tli_rim_vert {
+    uint32_t vert;    /* of the part's surface */
+    uint32_t ends[2]; /* slots of the part */
+    uint32_t level;
+    double weight;
+} tli_rim_vert;
+
+/* What one patch adds to a surface, and what others need to know of it. Slots are vertices of the
+ * patch: first its shared ones, then inner ones at the other end of an edge of a rim vertex. */
+typedef struct tli_slices_part {
+    uint32_t number;
+    uint32_t tet_count;
+    tl_polydata *surface;
+    tli_rim_vert *rim;
+    size_t rim_count;
+    uint32_t slot_count, shared_count;
+    int64_t (*places)[3]; /* [shared_count]; with twins, until there are keys */
+    uint8_t *twins;
+    uint32_t *keys;    /* [shared_count] numbers of the shared vertices */
+    tli_slope *slopes; /* [slot_count] of the patch alone; NULL without normals */
+    bool is_touched;   /* a neighbour has come or gone */
+} tli_slices_part;
+
+/* What is sliced, of any patch. */
+typedef struct tli_slices_job {
+    tl_store *store;
+    const tl_store_head *head;
+    tl_slices_opts opts; /* arrays point to own copies, values rising */
+} tli_slices_job;
+
+/* Reads, decodes and slices a patch; ctx is that of one thread. Gives *part, without keys. */
+tl_status tli_slices_part_make(tl_ctx *ctx, const tli_slices_job *job, uint32_t number,
+                               tli_slices_part **part);
+void tli_slices_part_destroy(tl_ctx *ctx, tli_slices_part *part);
+/* All of them as one. Gives *triangles. extract_slices_join.c */
+tl_status tli_slices_join(tl_ctx *ctx, const tli_slices_job *job, tli_slices_part *const *parts,
+                          size_t part_count, tl_polydata **triangles);
+/* True if one of the values may lie in the patch. */
+tl_status tli_slices_may_cut(tl_ctx *ctx, const tli_slices_job *job, uint32_t number, bool *may);
+
+#endif
