@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/base_random.h"
 #include "cut/cut_proof.h"
 #include "cut/cut_prover.h"
 #include "cut/cut_select.h"
@@ -32,19 +33,10 @@ typedef struct dice {
     uint64_t state;
 } dice;
 
-/* splitmix64 */
-static uint64_t scramble(uint64_t z)
-{
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
 /* In [0, 1). */
 static double draw(dice *d)
 {
-    d->state += 0x9e3779b97f4a7c15u;
-    return (double)(scramble(d->state) >> 11) * 0x1p-53;
+    return tli_uniform(&d->state);
 }
 
 /* A bound for every channel, the same fraction of the errors of a random level. */
@@ -91,7 +83,7 @@ static tl_status move_cut(tl_cut *cut, const tl_store_head *head, uint64_t seed,
     tl_cut_query query = tl_cut_query_defaults();
     tl_camera camera;
     double box[6];
-    dice d = {scramble(seed) ^ scramble(i + 1)};
+    dice d = {tli_mix_bits(seed) ^ tli_mix_bits(i + 1)};
     switch (i % KINDS) {
     case KIND_LEVEL: query.level = (uint32_t)(draw(&d) * head->level_count); break;
     case KIND_BUDGET:
@@ -312,7 +304,8 @@ static bool is_known(tli_prover *p, bool uniform)
     size_t count;
     const uint32_t *patches = tl_cut_patches(p->cut, &count);
     uint64_t sum = uniform;
-    for (size_t i = 0; i < count; i++) sum += scramble(scramble(patches[i] + UINT64_C(1)) + 1);
+    for (size_t i = 0; i < count; i++)
+        sum += tli_mix_bits(tli_mix_bits(patches[i] + UINT64_C(1)) + 1);
     for (size_t i = 0; i < p->proved_count; i++)
         if (p->proved[i] == sum) return true;
     p->proved[p->proved_count++] = sum;

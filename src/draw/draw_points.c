@@ -5,6 +5,7 @@
  * the nearest ones have. */
 #include <math.h>
 
+#include "base/base_random.h"
 #include "draw/draw_layers.h"
 
 /* Least share of points that stays at any distance, as in the work. */
@@ -102,13 +103,10 @@ static void draw(const void *data, size_t piece, tli_tile *tile)
 
 /* ---- fewer at a distance ---- */
 
-/* In [0, 1), of a point's number: the finalizer of splitmix64. */
 double tli_point_die(uint64_t point)
 {
-    uint64_t z = (point + 1) * UINT64_C(0x9e3779b97f4a7c15);
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+    uint64_t row = point * UINT64_C(0x9e3779b97f4a7c15);
+    return tli_uniform(&row);
 }
 
 /* A surface at twice the distance has its points on a quarter of the pixels. */

@@ -11,9 +11,9 @@
  * Dice are hashes of the places of the corners, so that neither the numbers of a mesh nor threads
  * change a point. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "base/base_random.h"
 #include "base/base_vec.h"
 #include "extract/extract.h"
 #include "mesh/mesh.h"
@@ -55,15 +55,6 @@ typedef struct taker {
 
 /* ---- dice ---- */
 
-/* The finalizer of splitmix64. */
-static uint64_t mix_bits(uint64_t z)
-{
-    z += UINT64_C(0x9e3779b97f4a7c15);
-    z = (z ^ z >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ z >> 27) * UINT64_C(0x94d049bb133111eb);
-    return z ^ z >> 31;
-}
-
 static uint64_t bits_of(double value)
 {
     uint64_t bits;
@@ -72,21 +63,17 @@ static uint64_t bits_of(double value)
     return bits;
 }
 
-/* In [0, 1), the next one of a row. */
-static double throw_die(uint64_t *row)
-{
-    *row += UINT64_C(0x9e3779b97f4a7c15);
-    return (double)(mix_bits(*row) >> 11) * 0x1p-53;
-}
-
 static tl_status hash_verts(void *arg, size_t begin, size_t end, unsigned worker)
 {
     (void)worker;
     const job *j = arg;
     for (size_t v = begin; v < end; v++) {
-        uint64_t h = j->opts->seed;
-        for (size_t k = 0; k < 3; k++) h = mix_bits(h ^ bits_of(j->mesh->xyz[3 * v + k]));
-        j->hashes[v] = h;
+        uint64_t row = j->opts->seed;
+        for (size_t k = 0; k < 3; k++) {
+            row ^= bits_of(j->mesh->xyz[3 * v + k]);
+            row = tli_random(&row);
+        }
+        j->hashes[v] = row;
     }
     return TL_OK;
 }
@@ -146,8 +133,8 @@ static uint64_t points_of(const job *j, size_t t, uint64_t *row)
     uint64_t sum = 0;
     if (!(j->areas[t] > 0)) return 0;
     for (size_t i = 0; i < 4; i++) sum += j->hashes[j->mesh->tets[4 * t + i]];
-    *row = mix_bits(sum);
-    return (uint64_t)floor((double)j->areas[t] / j->area + throw_die(row));
+    *row = tli_mix_bits(sum);
+    return (uint64_t)floor((double)j->areas[t] / j->area + tli_uniform(row));
 }
 
 /* ---- polygons of an isosurface ---- */
@@ -364,8 +351,8 @@ static void put_on_value(taker *to, const corners *c, double value, uint64_t *ro
         return;
     }
     double area = measure_polygon(c, count, polygon, areas);
-    double a = throw_die(row), b = throw_die(row);
-    int first = throw_die(row) * area < areas[0] || count < 4 ? 1 : 2;
+    double a = tli_uniform(row), b = tli_uniform(row);
+    int first = tli_uniform(row) * area < areas[0] || count < 4 ? 1 : 2;
     if (a + b > 1) {
         a = 1 - a;
         b = 1 - b;
@@ -379,7 +366,7 @@ static void put_on_value(taker *to, const corners *c, double value, uint64_t *ro
 /* Evenly spread in the tet: weights are the differences of three sorted numbers. */
 static void put_in_volume(taker *to, const corners *c, uint64_t *row)
 {
-    double x = throw_die(row), y = throw_die(row), z = throw_die(row);
+    double x = tli_uniform(row), y = tli_uniform(row), z = tli_uniform(row);
     double least = fmin(fmin(x, y), z), most = fmax(fmax(x, y), z);
     double middle = fmax(fmin(x, y), fmin(fmax(x, y), z));
     double weights[4] = {least, middle - least, most - middle, 1 - most};
@@ -404,8 +391,8 @@ static void sample_layers(taker *to, const corners *c, uint64_t points, uint64_t
     int count = cut_layers(to->j, c, layers);
     for (int i = 0; i < count; i++) shares[i] = layers[i].integral;
     for (uint64_t i = 0; i < points; i++) {
-        const layer *l = &layers[pick(shares, count, throw_die(row))];
-        put_on_value(to, c, value_at(l, throw_die(row)), row);
+        const layer *l = &layers[pick(shares, count, tli_uniform(row))];
+        put_on_value(to, c, value_at(l, tli_uniform(row)), row);
     }
 }
 
@@ -419,7 +406,7 @@ static void sample_values(taker *to, const corners *c, uint64_t points, uint64_t
     for (; values + count < end && values[count] <= c->high; count++)
         shares[count] = area_at(c, values[count]);
     for (uint64_t i = 0; i < points; i++)
-        put_on_value(to, c, values[pick(shares, count, throw_die(row))], row);
+        put_on_value(to, c, values[pick(shares, count, tli_uniform(row))], row);
 }
 
 static tl_status count_pieces(void *arg, size_t begin, size_t end, unsigned worker)
@@ -474,12 +461,6 @@ static tl_status take_opts(tl_ctx *ctx, const tl_mesh *mesh, const tl_points_opt
             return tl_fail(ctx, TL_ERR_ARG, "channel %zu can't be carried: it is none on vertices",
                            o->channels[c]);
     return TL_OK;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 /* The area of a point. */
@@ -552,8 +533,7 @@ tl_status tl_slice_points(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar
     if (!st) st = take_opts(ctx, mesh, &own);
     if (st) return st;
     job j = {.ctx = ctx, .mesh = mesh, .scalar = scalar, .opts = &own};
-    if (own.value_count) memcpy(j.values, own.values, own.value_count * sizeof *j.values);
-    qsort(j.values, own.value_count, sizeof *j.values, by_value);
+    if (own.value_count) tli_slice_values_sort(own.values, own.value_count, j.values);
     j.out = tl_mem_zalloc(ctx, 1, sizeof *j.out, &st);
     if (!st) {
         j.out->kind = TL_POLY_POINTS;

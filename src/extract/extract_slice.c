@@ -235,15 +235,10 @@ static double cut_at(const job *j, const tli_cut_edge *e, size_t ends[2])
     return tli_cut_weight(j->mesh->xyz, j->scalar, j->levels[e->level], ends);
 }
 
-static double mix(double a, double b, double w)
-{
-    return a * (1 - w) + b * w;
-}
-
 void tli_slice_normal(const double a[3], const double b[3], double w, float normal[3])
 {
     double n[3];
-    for (int k = 0; k < 3; k++) n[k] = -mix(a[k], b[k], w);
+    for (int k = 0; k < 3; k++) n[k] = -tli_mix(a[k], b[k], w);
     double length = vec_length(n);
     bool usable = length > 0 && isfinite(length);
     for (int k = 0; k < 3; k++) normal[k] = usable ? (float)(n[k] / length) : 0;
@@ -256,7 +251,7 @@ static void set_values(const job *j, size_t vert, const size_t ends[2], double w
         size_t n = channel->components;
         for (size_t k = 0; k < n; k++)
             j->values[c][n * vert + k] =
-                mix(channel->values[n * ends[0] + k], channel->values[n * ends[1] + k], w);
+                tli_mix(channel->values[n * ends[0] + k], channel->values[n * ends[1] + k], w);
     }
 }
 
@@ -269,7 +264,7 @@ static tl_status set_verts(void *arg, size_t begin, size_t end, unsigned worker)
         double w = cut_at(j, &j->unique[vert], ends);
         for (size_t k = 0; k < 3; k++)
             j->out->xyz[3 * vert + k] =
-                mix(j->mesh->xyz[3 * ends[0] + k], j->mesh->xyz[3 * ends[1] + k], w);
+                tli_mix(j->mesh->xyz[3 * ends[0] + k], j->mesh->xyz[3 * ends[1] + k], w);
         if (j->out->normals)
             tli_slice_normal(j->opts->gradients + 3 * ends[0], j->opts->gradients + 3 * ends[1], w,
                              j->out->normals + 3 * vert);

@@ -1,5 +1,6 @@
 /* Randomized multiple choice: the cheapest of a few random edges is collapsed. No queue, no order
  * to keep up; one thread. */
+#include "base/base_random.h"
 #include "simplify/simplify_order.h"
 
 enum { CHOICES = 8 };
@@ -7,26 +8,18 @@ enum { CHOICES = 8 };
  * expected. */
 enum { PATIENCE = 16 };
 
-static uint64_t next_random(uint64_t *state)
-{
-    uint64_t x = *state += 0x9e3779b97f4a7c15u;
-    x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ x >> 27) * 0x94d049bb133111ebu;
-    return x ^ x >> 31;
-}
-
 /* A random edge of a random live vertex; verts loses the dead ones that are met. */
 static bool pick_edge(const tli_work *w, tl_lidx *verts, size_t *count, uint64_t *state,
                       tli_queue_entry *edge)
 {
     while (*count) {
-        size_t at = next_random(state) % *count;
+        size_t at = tli_random(state) % *count;
         tl_lidx u = verts[at];
         if (w->verts[u].merged != u || w->verts[u].star.count == 0) {
             verts[at] = verts[--*count];
             continue;
         }
-        uint64_t r = next_random(state);
+        uint64_t r = tli_random(state);
         const tl_lidx *q = w->tets[w->verts[u].star.tets[(r >> 2) % w->verts[u].star.count]];
         tl_lidx v = q[r & 3];
         if (v == u) continue;
