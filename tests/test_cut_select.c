@@ -125,9 +125,9 @@ static void test_rule_of_selection(void **state)
     }
 }
 
-/* What a segment's bins say of the visible values: the largest error in space, and the sum of field
- * errors weighed with opacity. */
-static double seen_error(const fixture *f, uint32_t segment, const float *opacity, bool space)
+/* What a segment's bins say of the visible values: the largest error in space where the field error
+ * shows, and the sum of field errors weighed with opacity. */
+static double seen_error(const fixture *f, uint32_t segment, const tl_cut_query *q, bool space)
 {
     double worst = 0, sum = 0;
     if (segment == TL_NONE) return 0;
@@ -135,8 +135,10 @@ static double seen_error(const fixture *f, uint32_t segment, const float *opacit
     for (int c = 0; c < MODEL_CHANNELS; c++) {
         double part = 0;
         for (int b = c * TL_BINS; b < (c + 1) * TL_BINS; b++) {
-            if (!opacity || opacity[b] > 0) worst = fmax(worst, (double)info.space_bins[b]);
-            part += (double)info.field_bins[b] * (opacity ? (double)opacity[b] : 1);
+            const bool shows = !q->unseen || info.field_bins[b] > q->unseen[b];
+            if (shows && (!q->opacity || q->opacity[b] > 0))
+                worst = fmax(worst, (double)info.space_bins[b]);
+            part += (double)info.field_bins[b] * (q->opacity ? (double)q->opacity[b] : 1);
         }
         sum += part;
     }
@@ -165,26 +167,28 @@ static void test_visible_values(void **state)
         open_model(&f, 200, seed);
         CHECK_OK(f.ctx, tl_cut_create(f.ctx, f.store, &cut));
         for (int i = 0; i < 30; i++) {
-            float opacity[MODEL_CHANNELS * TL_BINS];
+            float opacity[MODEL_CHANNELS * TL_BINS], unseen[MODEL_CHANNELS * TL_BINS];
             const bool space = i % 2, all = i % 7 == 0;
             const double share = make_uniform(&f.seed);
             tl_cut_query query = tl_cut_query_defaults();
             any_opacity(&f, opacity);
             if (!all) query.opacity = opacity;
-            double bound = share * seen_error(&f, 0, query.opacity, space), seen = 0;
+            for (int b = 0; b < MODEL_CHANNELS * TL_BINS; b++)
+                unseen[b] = (float)(1e-3 * make_uniform(&f.seed));
+            if (i % 3 == 0) query.unseen = unseen;
+            double bound = share * seen_error(&f, 0, &query, space), seen = 0;
             *(space ? &query.bounds.space : &query.bounds.classified) = bound;
             CHECK_OK(f.ctx, tl_cut_update(cut, &query));
             check_is_cut(&f, cut);
             for (uint32_t p = 0; p < f.head->patch_count; p++) {
                 tl_patch_info info = patch_of(&f, p);
-                const double fine = seen_error(&f, info.producer, query.opacity, space);
+                const double fine = seen_error(&f, info.producer, &query, space);
                 bool drawn =
                     fine <= bound && (info.consumer == TL_NONE ||
-                                      bound < seen_error(&f, info.consumer, query.opacity, space));
+                                      bound < seen_error(&f, info.consumer, &query, space));
                 if (drawn != f.drawn[p])
                     fail_msg("patch %u is %sdrawn at %g", p, drawn ? "not " : "", bound);
-                if (f.drawn[p])
-                    seen = fmax(seen, seen_error(&f, info.producer, query.opacity, true));
+                if (f.drawn[p]) seen = fmax(seen, seen_error(&f, info.producer, &query, true));
             }
             CHECK(tl_cut_get_state(cut).space_error == seen);
             CHECK(tl_cut_get_state(cut).pixels == 0);

@@ -11,9 +11,10 @@ typedef struct weld {
     const tl_store_head *head;
     uint32_t *ids; /* [count] patches */
     size_t count;
-    tl_patch **patches; /* [count] */
-    tl_lidx **verts;    /* [count][vert_count] vertex of the mesh for each of a patch */
-    size_t *tet_starts; /* [count + 1] */
+    tl_patch **patches;  /* [count] */
+    tl_lidx **verts;     /* [count][vert_count] vertex of the mesh for each of a patch */
+    size_t *tet_starts;  /* [count + 1] */
+    size_t *vert_starts; /* [count] of a patch: those that no patch before it has */
     size_t vert_count;
     const size_t *channels;
     size_t channel_count;
@@ -47,6 +48,7 @@ static tl_status number_verts(weld *w)
     tl_lidx *of_key = tl_mem_alloc(w->ctx, shared, sizeof *of_key, &st);
     for (size_t i = 0; !st && i < w->count; i++) {
         const tl_patch *p = w->patches[i];
+        w->vert_starts[i] = next;
         if (next + p->vert_count > TL_MESH_VERTS_MAX) {
             st = tl_fail(w->ctx, TL_ERR_UNSUPPORTED, "the cut has more than %u vertices",
                          TL_MESH_VERTS_MAX);
@@ -97,6 +99,12 @@ static tl_status make_arrays(weld *w)
     return st;
 }
 
+/* A vertex is written by the first patch that has it. */
+static bool is_own(const weld *w, size_t i, uint32_t v)
+{
+    return w->verts[i][v] >= w->vert_starts[i];
+}
+
 static void fill_shape(weld *w, size_t i)
 {
     const tl_patch *p = w->patches[i];
@@ -105,22 +113,26 @@ static void fill_shape(weld *w, size_t i)
         for (uint32_t j = 0; j < 4; j++) tets[4 * (size_t)t + j] = w->verts[i][p->tets[t][j]];
     if (p->regions)
         memcpy(w->regions + w->tet_starts[i], p->regions, p->tet_count * sizeof *p->regions);
+    for (uint32_t v = 0; v < p->vert_count; v++)
+        if (is_own(w, i, v))
+            tl_lattice_xyz(&w->head->lattice, p->places[v], w->xyz + 3 * (size_t)w->verts[i][v]);
 }
 
-/* Values of one channel; those of a shared vertex are the same in all patches, and the first patch
- * writes them. */
+/* Values of one channel; those of a shared vertex are the same in all patches. */
 static tl_status fill_channel(weld *w, tl_ctx *fork, size_t i, size_t c)
 {
     tl_status st = TL_OK;
     const tl_patch *p = w->patches[i];
     const tl_store_channel *channel = &w->head->channels[w->channels[c]];
-    bool on_verts = channel->on == TL_ON_VERTEX;
-    size_t k = channel->components, elems = on_verts ? p->vert_count : p->tet_count;
+    const bool on_verts = channel->on == TL_ON_VERTEX;
+    const uint32_t elems = on_verts ? p->vert_count : p->tet_count;
+    const size_t k = channel->components;
     double *values = tl_mem_alloc(fork, elems, k * sizeof *values, &st);
     if (!st)
         st =
             tl_store_channel_values(fork, w->store, w->ids[i], p, (uint32_t)w->channels[c], values);
-    for (size_t e = 0; !st && e < elems; e++) {
+    for (uint32_t e = 0; !st && e < elems; e++) {
+        if (on_verts && !is_own(w, i, e)) continue;
         size_t to = on_verts ? w->verts[i][e] : w->tet_starts[i] + e;
         memcpy(w->values[c] + to * k, values + e * k, k * sizeof *values);
     }
@@ -136,32 +148,8 @@ static tl_status fill_patches(void *arg, size_t begin, size_t end, unsigned work
     tl_status st = tli_ctx_fork(w->ctx, &fork);
     for (size_t i = begin; !st && i < end; i++) {
         fill_shape(w, i);
-        for (size_t c = 0; !st && c < w->channel_count; c++)
-            if (w->head->channels[w->channels[c]].on == TL_ON_TET) st = fill_channel(w, fork, i, c);
+        for (size_t c = 0; !st && c < w->channel_count; c++) st = fill_channel(w, fork, i, c);
     }
-    return tli_ctx_join(w->ctx, fork, st);
-}
-
-/* Vertices are written by one thread a channel (the first is the places), since patches share them.
- */
-static tl_status fill_verts(void *arg, size_t begin, size_t end, unsigned worker)
-{
-    (void)worker;
-    weld *w = arg;
-    tl_ctx *fork = NULL;
-    tl_status st = tli_ctx_fork(w->ctx, &fork);
-    for (size_t c = begin; !st && c < end; c++)
-        for (size_t i = 0; !st && i < w->count; i++) {
-            const tl_patch *p = w->patches[i];
-            if (c > 0) {
-                if (w->head->channels[w->channels[c - 1]].on == TL_ON_VERTEX)
-                    st = fill_channel(w, fork, i, c - 1);
-                continue;
-            }
-            for (uint32_t v = 0; v < p->vert_count; v++)
-                tl_lattice_xyz(&w->head->lattice, p->places[v],
-                               w->xyz + 3 * (size_t)w->verts[i][v]);
-        }
     return tli_ctx_join(w->ctx, fork, st);
 }
 
@@ -192,7 +180,7 @@ static void drop(weld *w)
     for (size_t c = 0; w->values && c < w->channel_count; c++) tl_mem_free(w->ctx, w->values[c]);
     for (size_t i = 0; w->patches && i < w->count; i++) tl_patch_destroy(w->ctx, w->patches[i]);
     for (size_t i = 0; w->verts && i < w->count; i++) tl_mem_free(w->ctx, w->verts[i]);
-    void *blocks[] = {w->values,     w->regions, w->tets,    w->xyz,
+    void *blocks[] = {w->values,     w->regions, w->tets,    w->xyz, w->vert_starts,
                       w->tet_starts, w->verts,   w->patches, w->ids};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(w->ctx, blocks[i]);
 }
@@ -204,6 +192,7 @@ static tl_status list_patches(const tl_cut *cut, weld *w)
     w->ids = tl_mem_alloc(w->ctx, w->count, sizeof *w->ids, &st);
     w->patches = tl_mem_zalloc(w->ctx, w->count, sizeof *w->patches, &st);
     w->verts = tl_mem_zalloc(w->ctx, w->count, sizeof *w->verts, &st);
+    w->vert_starts = tl_mem_alloc(w->ctx, w->count, sizeof *w->vert_starts, &st);
     if (st) return st;
     memcpy(w->ids, cut->drawn.ids, w->count * sizeof *w->ids);
     tli_ids_sort(w->ids, w->count);
@@ -233,7 +222,6 @@ tl_status tl_cut_mesh(tl_cut *cut, const size_t *channels, size_t channel_count,
     if (!st) st = number_verts(&w);
     if (!st) st = make_arrays(&w);
     if (!st) st = tli_parallel(w.ctx, w.count, 1, fill_patches, &w);
-    if (!st) st = tli_parallel(w.ctx, channel_count + 1, 1, fill_verts, &w);
     if (!st) st = adopt(&w, mesh);
     drop(&w);
     tl_mem_free(w.ctx, all);
