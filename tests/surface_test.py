@@ -120,6 +120,53 @@ class Surface(unittest.TestCase):
             counts.append(said["triangles"])
         self.assertLess(counts[1], counts[0])
 
+    def surface(self, model, *words):
+        done = run("surface", model, "-o", self.path("m.vtp"), "--json", *words)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)
+
+    def test_model_in_patches(self):
+        """Patches that the value misses are not read; errors and pixels count where the value is."""
+        model = self.path("p.tlod")
+        done = run("build", self.grid, "-o", model, "--segment-tets", "4000", "--patch-tets", "400", "--channel-error", "0.001%")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        full = self.surface(model, "--value", "70%")
+        self.assertGreater(full["patches"]["passed_over"], full["patches"]["decoded"])
+        self.assertEqual(full["patches"]["passed_over"] + full["patches"]["decoded"], full["volume"]["patches"])
+        again = self.surface(model, "--value", "value=70%", "--derive", "other=2*value")  # the whole mesh
+        self.assertNotIn("tets_decoded", again)
+        for key in ("triangles", "vertices", "closed"):
+            self.assertEqual(full[key], again[key])
+        self.assertLess(full["volume"]["bytes_read"], again["volume"]["bytes_read"])
+        span = self.said["values"][0] / 0.4
+        here = self.surface(model, "--value", "70%", "--error", "2%")
+        self.assertLessEqual(here["field_error"], 0.02 * span * 1.01)
+        self.assertEqual(here, {**here, **{key: self.surface(model, "--value", "70%", "--error", "value=2%")[key]
+                                           for key in ("triangles", "area", "field_error")}})
+        self.assertLess(here["volume"]["tets"], full["volume"]["tets"])
+        seen = self.surface(model, "--value", "70%", "--error", "2px", "--view", "30,20", "--size", "320x240")
+        self.assertLessEqual(seen["volume"]["error_px"], 2)
+        self.assertLessEqual(self.surface(model, "--value", "70%", "--space-error", "1%")["volume"]["space_error"], 0.01 * 12**0.5)
+        for words, text in ((["--error", "2px"], "there is no view"), (["--error", "heat=1%"], "no channel 'heat'"),
+                            (["--error", "no"], "expected E"), (["--view", "1"], "expected AZ,EL")):
+            done = run("surface", model, "-o", self.path("m.vtp"), "--value", "70%", *words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(text, done.stderr)
+
+    def test_numbers_that_are_none(self):
+        """glTF has finite numbers alone: NaN values become 0, and the file is read."""
+        text = open(self.path("nan.vtk"), "w", encoding="utf-8")
+        with text:
+            text.write("# vtk DataFile Version 3.0\nnan\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+                       "0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\n"
+                       "SCALARS x float 1\nLOOKUP_TABLE default\n0 1 1 1\n"
+                       "SCALARS odd float 1\nLOOKUP_TABLE default\n1 nan 2 3\n")
+        done = run("surface", self.path("nan.vtk"), "-o", self.path("nan.glb"), "--value", "x=0.5")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        data = read_glb(self.path("nan.glb")).GetPointData().GetArray("_ODD")
+        self.assertEqual(data.GetNumberOfTuples(), 3)
+        self.assertIn(0.0, [data.GetValue(i) for i in range(3)])
+
     def test_plane(self):
         done = run("surface", self.grid, "-o", self.path("p.vtp"), "--plane", "0,0,0,0,0,2", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)

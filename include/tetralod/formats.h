@@ -167,10 +167,11 @@ TL_API tl_status tl_series_write(tl_ctx *ctx, const char *path, const char *cons
 /* Writes points, lines or triangles; the ending of the name says as what: .ply (binary), .vtp
  * (VTK), .stl (binary, triangles alone), .obj (text) or .glb (binary glTF 2.0). Positions are
  * float32 where that moves none by more than 1e-6 of the diagonal, else float64; .stl has float32
- * alone, .glb float32 around the middle. Channels go into .ply, .vtp and, of up to four components,
- * .glb (as _NAME); normals into all but .stl. What a format can't hold is left out and said through
- * the log. The file appears only when complete. TL_ERR_ARG for an unknown ending, TL_ERR_IO,
- * TL_ERR_UNSUPPORTED for what a format has no place for: lines in .stl, counts past 32 bits. */
+ * alone, .glb float32 around the middle, and 0 for what is not finite. Channels go into .ply, .vtp
+ * and, of up to four components, .glb (as _NAME); normals into all but .stl. What a format can't
+ * hold is left out and said through the log. The file appears only when complete. TL_ERR_ARG for an
+ * unknown ending, TL_ERR_IO, TL_ERR_UNSUPPORTED for what a format has no place for: lines in .stl,
+ * counts past 32 bits. */
 TL_API tl_status tl_polydata_write(tl_ctx *ctx, const tl_polydata *polydata, const char *path);
 /* True if tl_polydata_write knows the ending of path and its kind of file has a place for cells of
  * that kind. */

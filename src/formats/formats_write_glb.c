@@ -4,6 +4,7 @@
 #include "formats/formats_write_poly.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -41,18 +42,24 @@ typedef struct file {
 
 /* ---- numbers ---- */
 
+/* glTF allows finite numbers alone: others become 0. */
+static uint8_t *put_finite(uint8_t *to, double value)
+{
+    float f = (float)value;
+    return tli_le_f32(to, isfinite(f) ? value : 0);
+}
+
 static uint8_t *make_place(const tli_poly_out *out, const void *arg, size_t v, uint8_t *to)
 {
     const double *middle = arg;
-    for (size_t k = 0; k < 3; k++) to = tli_le_f32(to, out->poly->xyz[3 * v + k] - middle[k]);
+    for (size_t k = 0; k < 3; k++) to = put_finite(to, out->poly->xyz[3 * v + k] - middle[k]);
     return to;
 }
 
 static uint8_t *make_normal(const tli_poly_out *out, const void *arg, size_t v, uint8_t *to)
 {
     (void)arg;
-    for (size_t k = 0; k < 3; k++) to = tli_le_f32(to, (double)out->poly->normals[3 * v + k]);
-    return to;
+    return tli_put_normal(out, v, to);
 }
 
 static uint8_t *make_value(const tli_poly_out *out, const void *arg, size_t v, uint8_t *to)
@@ -60,7 +67,7 @@ static uint8_t *make_value(const tli_poly_out *out, const void *arg, size_t v, u
     (void)out;
     const tl_channel *channel = arg;
     for (size_t n = channel->components, k = 0; k < n; k++)
-        to = tli_le_f32(to, channel->values[n * v + k]);
+        to = put_finite(to, channel->values[n * v + k]);
     return to;
 }
 

@@ -71,15 +71,10 @@ static uint8_t *make_vert(const tli_poly_out *out, const void *arg, size_t v, ui
 {
     (void)arg;
     const tl_polydata *p = out->poly;
-    for (size_t k = 0; k < 3; k++)
-        to = out->float_places ? tli_le_f32(to, p->xyz[3 * v + k])
-                               : tli_le_f64(to, p->xyz[3 * v + k]);
-    for (size_t k = 0; p->normals && k < 3; k++) to = tli_le_f32(to, (double)p->normals[3 * v + k]);
+    to = tli_put_place(out, v, to);
+    if (p->normals) to = tli_put_normal(out, v, to);
     for (size_t c = 0; c < p->channel_count; c++)
-        for (size_t n = p->channels[c].components, k = 0; k < n; k++) {
-            double value = p->channels[c].values[n * v + k];
-            to = tli_is_single(&p->channels[c]) ? tli_le_f32(to, value) : tli_le_f64(to, value);
-        }
+        to = tli_put_values(&p->channels[c], tli_is_single(&p->channels[c]), v, to);
     return to;
 }
 

@@ -61,6 +61,28 @@ uint8_t *tli_le_u64(uint8_t *to, uint64_t value)
     return put(to, &value, sizeof value);
 }
 
+uint8_t *tli_put_place(const tli_poly_out *out, size_t vert, uint8_t *to)
+{
+    const double *x = out->poly->xyz + 3 * vert;
+    for (int k = 0; k < 3; k++)
+        to = out->float_places ? tli_le_f32(to, x[k]) : tli_le_f64(to, x[k]);
+    return to;
+}
+
+uint8_t *tli_put_normal(const tli_poly_out *out, size_t vert, uint8_t *to)
+{
+    for (size_t k = 0; k < 3; k++) to = tli_le_f32(to, (double)out->poly->normals[3 * vert + k]);
+    return to;
+}
+
+uint8_t *tli_put_values(const tl_channel *channel, bool single, size_t vert, uint8_t *to)
+{
+    const double *values = channel->values + vert * channel->components;
+    for (uint32_t k = 0; k < channel->components; k++)
+        to = single ? tli_le_f32(to, values[k]) : tli_le_f64(to, values[k]);
+    return to;
+}
+
 tl_status tli_write_items(const tli_poly_out *out, size_t count, size_t item_bytes,
                           tli_make_fn make, const void *arg)
 {
@@ -99,13 +121,17 @@ static void measure(tli_poly_out *out)
 {
     const tl_polydata *p = out->poly;
     double square = 0;
+    bool any = false;
     for (int k = 0; k < 6; k++) out->bounds[k] = 0;
-    for (size_t v = 0; v < p->vert_count; v++)
+    for (size_t v = 0; v < p->vert_count; v++) {
+        const double *x = p->xyz + 3 * v;
+        if (!isfinite(x[0]) || !isfinite(x[1]) || !isfinite(x[2])) continue;
         for (int k = 0; k < 3; k++) {
-            double x = p->xyz[3 * v + (size_t)k];
-            if (!v || x < out->bounds[2 * k]) out->bounds[2 * k] = x;
-            if (!v || x > out->bounds[2 * k + 1]) out->bounds[2 * k + 1] = x;
+            if (!any || x[k] < out->bounds[2 * k]) out->bounds[2 * k] = x[k];
+            if (!any || x[k] > out->bounds[2 * k + 1]) out->bounds[2 * k + 1] = x[k];
         }
+        any = true;
+    }
     for (int k = 0; k < 6; k++) out->largest = fmax(out->largest, fabs(out->bounds[k]));
     for (int k = 0; k < 3; k++) square += pow(out->bounds[2 * k + 1] - out->bounds[2 * k], 2);
     out->float_places = out->largest * FLOAT_ROUNDING <= FLOAT_ERROR * sqrt(square);

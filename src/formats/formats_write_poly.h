@@ -10,7 +10,7 @@ typedef struct tli_poly_out {
     tl_ctx *ctx;
     tli_sink *sink;
     const tl_polydata *poly;
-    double bounds[6];      /* of the vertices: x0, x1, y0, y1, z0, z1 */
+    double bounds[6];      /* of the finite vertices: x0, x1, y0, y1, z0, z1 */
     double largest;        /* coordinate, without its sign */
     bool float_places;     /* float32 is exact enough for positions */
     uint64_t corner_count; /* numbers in poly->corners */
@@ -28,6 +28,12 @@ uint8_t *tli_le_f32(uint8_t *to, double value);
 uint8_t *tli_le_f64(uint8_t *to, double value);
 uint8_t *tli_le_u32(uint8_t *to, uint32_t value);
 uint8_t *tli_le_u64(uint8_t *to, uint64_t value);
+
+/* A place, as float32 where out says so, a normal as float32, and the values of a channel at a
+ * vertex; likewise. */
+uint8_t *tli_put_place(const tli_poly_out *out, size_t vert, uint8_t *to);
+uint8_t *tli_put_normal(const tli_poly_out *out, size_t vert, uint8_t *to);
+uint8_t *tli_put_values(const tl_channel *channel, bool single, size_t vert, uint8_t *to);
 
 /* True if a channel is written as float32: its file had no more. */
 bool tli_is_single(const tl_channel *channel);

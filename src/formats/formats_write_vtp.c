@@ -24,27 +24,19 @@ static tl_status put_array(const tli_poly_out *out, const array *a)
 static uint8_t *make_place(const tli_poly_out *out, const void *arg, size_t v, uint8_t *to)
 {
     (void)arg;
-    const double *x = out->poly->xyz + 3 * v;
-    for (int k = 0; k < 3; k++)
-        to = out->float_places ? tli_le_f32(to, x[k]) : tli_le_f64(to, x[k]);
-    return to;
+    return tli_put_place(out, v, to);
 }
 
 static uint8_t *make_normal(const tli_poly_out *out, const void *arg, size_t v, uint8_t *to)
 {
     (void)arg;
-    for (size_t k = 0; k < 3; k++) to = tli_le_f32(to, (double)out->poly->normals[3 * v + k]);
-    return to;
+    return tli_put_normal(out, v, to);
 }
 
 static uint8_t *make_value(const tli_poly_out *out, const void *arg, size_t v, uint8_t *to)
 {
     (void)out;
-    const tl_channel *channel = arg;
-    for (size_t n = channel->components, k = 0; k < n; k++)
-        to = tli_is_single(channel) ? tli_le_f32(to, channel->values[n * v + k])
-                                    : tli_le_f64(to, channel->values[n * v + k]);
-    return to;
+    return tli_put_values(arg, tli_is_single(arg), v, to);
 }
 
 static uint8_t *make_corner(const tli_poly_out *out, const void *arg, size_t i, uint8_t *to)
