@@ -50,6 +50,9 @@ tl_status tli_parallel(tl_ctx *ctx, size_t item_count, size_t grain, tli_range_f
  * a context: it shares memory, budget, peak and log of ctx, has messages of its own and no
  * progress. Made and ended on the thread that uses it, or outside of tli_parallel. Gives *fork. */
 tl_status tli_ctx_fork(tl_ctx *ctx, tl_ctx **fork);
+/* A context of one thread with the allocator of ctx and a budget of its own, no progress, no log:
+ * for what is to be found out once the budget of ctx is spent. Gives *spare: tl_ctx_destroy. */
+tl_status tli_ctx_spare(const tl_ctx *ctx, size_t budget_bytes, tl_ctx **spare);
 /* While quiet, messages of level info are kept back: those of what was said before. Returns what it
  * was. Context's own thread. */
 bool tli_ctx_quiet(tl_ctx *ctx, bool quiet);

@@ -180,6 +180,16 @@ tl_status tli_ctx_fork(tl_ctx *ctx, tl_ctx **fork)
     return TL_OK;
 }
 
+tl_status tli_ctx_spare(const tl_ctx *ctx, size_t budget_bytes, tl_ctx **spare)
+{
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.budget_bytes = budget_bytes;
+    opts.thread_count = 1;
+    opts.resize = ctx->opts.resize;
+    opts.user = ctx->opts.user;
+    return tl_ctx_create(&opts, spare);
+}
+
 tl_ctx *tli_ctx_owner(tl_ctx *ctx)
 {
     return ctx->root;

@@ -170,17 +170,21 @@ static tl_status open_segments(tl_ctx *ctx, const tli_source *from, const tl_seg
     return st;
 }
 
-/* The message of a build that lacks memory says how much would do. */
+/* The message of a build that lacks memory says how much would do. Where the limit is too small
+ * even to look at the input, that takes the least that any build needs. */
 static tl_status note_memory(tl_ctx *ctx, tl_status st, const tli_source *from,
                              const tl_build_opts *opts, tli_need need)
 {
     enum { LOOK_BYTES = 1 << 20 };
     tli_feed *feed = NULL;
+    tl_ctx *spare = NULL;
     const char *input = from->step_count ? from->steps->path : from->input;
-    if (!need.tets && input &&
-        !tli_feed_open(ctx, input, from->read, opts->folder, LOOK_BYTES, &feed))
+    const uint64_t room = tli_need_least(&need);
+    if (!need.tets && input && !tli_ctx_spare(ctx, (size_t)room, &spare) &&
+        !tli_feed_open(spare, input, from->read, opts->folder, LOOK_BYTES, &feed))
         need = tli_plan_need_of_feed(opts, feed);
     tli_feed_close(feed);
+    tl_ctx_destroy(spare);
     if (!need.tets) return st;
     return tl_note(ctx, st, "a limit of %lluM would do",
                    (unsigned long long)(tli_need_least(&need) >> 20));

@@ -11,7 +11,7 @@ enum { PATCH_BYTES = 900, PATCH_FIELD_BYTES = 60, NOTE_BYTES = 400, NOTE_FIELD_B
 static const double LEVELS = 2.2;
 /* What the input takes while it is cut, at least and a tet; what the file takes while it is
  * written. */
-enum { CUT_BYTES = 40 << 20, FILE_BYTES = 8 << 20 };
+enum { CUT_BYTES = 28 << 20, FILE_BYTES = 8 << 20 };
 static const double CUT_TET_BYTES = 0.3;
 enum { STEP = 1 << 20 };
 /* Work files, bytes a tet of the input, and for each component. */
