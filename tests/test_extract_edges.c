@@ -7,6 +7,7 @@
 #include "check_ctx.h"
 #include "fail_alloc.h"
 #include "make_mesh.h"
+#include "make_pieces.h"
 
 static double linear(const double x[3])
 {
@@ -359,6 +360,53 @@ static void parts_are_the_whole(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* Patches of a cut, as seams know them: the cube again, also after one was away. */
+static void patches_are_the_whole(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(2);
+    pieces p;
+    tl_seams *seams = NULL;
+    tl_edges *edges = NULL;
+    static const tl_lattice lattice = {TL_PLACE_LATTICE, 0, {0, 0, 0}};
+    tl_camera camera = tl_camera_defaults();
+    for (int k = 0; k < 3; k++) camera.position[k] = 500 + 9000 - 1000 * k;
+    for (int k = 0; k < 3; k++) camera.focal_point[k] = 500;
+    make_pieces(ctx, &p);
+    CHECK_OK(ctx, tl_seams_create(ctx, &seams));
+    CHECK_OK(ctx, tl_edges_create(ctx, &edges));
+    CHECK_STATUS(tl_edges_add_patch(ctx, edges, 3, &lattice, &p.list[3].patch, seams), TL_ERR_ARG);
+    for (uint32_t i = 0; i < PIECES; i++)
+        CHECK_OK(ctx, tl_seams_add(seams, 7 * i, &p.list[i].patch));
+    for (uint32_t i = PIECES; i-- > 0;)
+        CHECK_OK(ctx, tl_edges_add_patch(ctx, edges, 7 * i, &lattice, &p.list[i].patch, seams));
+    for (int again = 0; again < 2; again++) {
+        tl_polydata *sharp = lines_of(ctx, edges, TL_EDGE_SHARP, NULL);
+        tl_polydata *outline = lines_of(ctx, edges, TL_EDGE_SILHOUETTE, &camera);
+        tl_polydata *wrong = lines_of(ctx, edges, TL_EDGE_OPEN | TL_EDGE_NONMANIFOLD, NULL);
+        CHECK_EQ(sharp->cell_count, 12);
+        CHECK_NEAR(tl_polydata_size(sharp), 12000, 1e-9);
+        CHECK_EQ(outline->cell_count, 1);
+        CHECK_NEAR(tl_polydata_size(outline), 6000, 1e-9);
+        CHECK_EQ(wrong->cell_count, 0);
+        tl_polydata_destroy(ctx, wrong);
+        tl_polydata_destroy(ctx, outline);
+        tl_polydata_destroy(ctx, sharp);
+        CHECK_OK(ctx, tl_edges_remove(ctx, edges, 14));
+        CHECK_OK(ctx, tl_seams_remove(seams, 14));
+        CHECK_OK(ctx, tl_seams_add(seams, 15, &p.list[2].patch));
+        CHECK_OK(ctx, tl_edges_add_patch(ctx, edges, 15, &lattice, &p.list[2].patch, seams));
+        CHECK_OK(ctx, tl_edges_remove(ctx, edges, 15));
+        CHECK_OK(ctx, tl_seams_remove(seams, 15));
+        CHECK_OK(ctx, tl_seams_add(seams, 14, &p.list[2].patch));
+        CHECK_OK(ctx, tl_edges_add_patch(ctx, edges, 14, &lattice, &p.list[2].patch, seams));
+    }
+    tl_edges_destroy(ctx, edges);
+    tl_seams_destroy(seams);
+    drop_pieces(ctx, &p);
+    check_ctx_destroy(ctx);
+}
+
 /* ---- failures ---- */
 
 typedef struct failing {
@@ -416,9 +464,10 @@ static void failing_memory_leaks_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(boundary_of_a_cube),  cmocka_unit_test(boundaries_of_anything),
-        cmocka_unit_test(features_of_a_cube),  cmocka_unit_test(silhouette_of_a_sphere),
-        cmocka_unit_test(parts_are_the_whole), cmocka_unit_test(failing_memory_leaks_nothing),
+        cmocka_unit_test(boundary_of_a_cube),           cmocka_unit_test(boundaries_of_anything),
+        cmocka_unit_test(features_of_a_cube),           cmocka_unit_test(silhouette_of_a_sphere),
+        cmocka_unit_test(parts_are_the_whole),          cmocka_unit_test(patches_are_the_whole),
+        cmocka_unit_test(failing_memory_leaks_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -187,6 +187,12 @@ TL_API tl_status tl_edges_add(tl_ctx *ctx, tl_edges *edges, uint32_t number,
 /* Adds the boundary of a mesh with its regions as a part. opposite as of tl_boundary_surface. */
 TL_API tl_status tl_edges_add_mesh(tl_ctx *ctx, tl_edges *edges, uint32_t number,
                                    const tl_mesh *mesh, const tl_lidx *opposite);
+/* Adds the boundary of a patch of a cut, under its number: faces with nothing behind them among the
+ * patches in seams, where all of the cut are by now. A patch that goes has to go from edges before
+ * seams get another one, whose vertices may have its numbers. TL_ERR_ARG if it is not in seams. */
+TL_API tl_status tl_edges_add_patch(tl_ctx *ctx, tl_edges *edges, uint32_t number,
+                                    const tl_lattice *lattice, const tl_patch *patch,
+                                    const tl_seams *seams);
 /* TL_ERR_ARG if it is not there. */
 TL_API tl_status tl_edges_remove(tl_ctx *ctx, tl_edges *edges, uint32_t number);
 

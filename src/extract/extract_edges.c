@@ -306,3 +306,47 @@ tl_status tl_edges_add_mesh(tl_ctx *ctx, tl_edges *edges, uint32_t number, const
     tl_mem_free(ctx, triangles);
     return st;
 }
+
+/* Boundary faces of a patch as triangles [*count], with their regions if there are any. */
+static void list_boundary(const tl_patch *patch, uint32_t number, const tl_seams *seams,
+                          tl_lidx *triangles, int32_t *regions, size_t *count)
+{
+    uint32_t behind, face;
+    *count = 0;
+    for (uint32_t f = 0; f < 4 * patch->tet_count; f++) {
+        const uint16_t *tet = patch->tets[f / 4];
+        if (patch->opposite && patch->opposite[f / 4][f % 4] != TL_NONE) continue;
+        if (tl_seams_behind(seams, number, f, &behind, &face)) continue;
+        for (size_t k = 0; k < 3; k++) triangles[3 * *count + k] = tet[tli_tet_faces[f % 4][k]];
+        if (patch->regions) regions[*count] = patch->regions[f / 4];
+        ++*count;
+    }
+}
+
+tl_status tl_edges_add_patch(tl_ctx *ctx, tl_edges *edges, uint32_t number,
+                             const tl_lattice *lattice, const tl_patch *patch,
+                             const tl_seams *seams)
+{
+    tl_status st = TL_OK;
+    uint32_t number_end;
+    size_t room = 4 * (size_t)patch->tet_count;
+    tl_edges_part part = {.vert_count = patch->vert_count,
+                          .shared = tl_seams_verts(seams, number, &number_end)};
+    if (!part.shared) return tl_fail(ctx, TL_ERR_ARG, "patch %u is not among the seams", number);
+    double *xyz = tl_mem_alloc(ctx, patch->vert_count, 3 * sizeof *xyz, &st);
+    tl_lidx *triangles = tl_mem_alloc(ctx, room, 3 * sizeof *triangles, &st);
+    int32_t *regions = patch->regions ? tl_mem_alloc(ctx, room, sizeof *regions, &st) : NULL;
+    if (!st) {
+        list_boundary(patch, number, seams, triangles, regions, &part.triangle_count);
+        for (size_t v = 0; v < patch->vert_count; v++)
+            tl_lattice_xyz(lattice, patch->places[v], xyz + 3 * v);
+        part.xyz = xyz;
+        part.triangles = triangles;
+        part.regions = regions;
+        st = tl_edges_add(ctx, edges, number, &part);
+    }
+    tl_mem_free(ctx, regions);
+    tl_mem_free(ctx, triangles);
+    tl_mem_free(ctx, xyz);
+    return st;
+}
