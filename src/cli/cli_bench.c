@@ -375,6 +375,7 @@ static const struct {
     {"lines", "streamlines of second order from a thousand seeds", bench_lines, false},
     {"draw", "volume rendering by the processor or OpenGL, 512 x 512 pixels", bench_draw, false},
     {"cut", "a model: opening it, moving its cut, extracting meshes", bench_cut, true},
+    {"view", "a model: the first picture, off by a pixel and at full resolution", bench_view, true},
 };
 enum { BENCH_COUNT = sizeof BENCHES / sizeof *BENCHES };
 

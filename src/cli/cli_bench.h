@@ -2,7 +2,7 @@
 #ifndef TETRALOD_CLI_BENCH_H
 #define TETRALOD_CLI_BENCH_H
 
-#include "cli_session.h"
+#include "cli_transfer.h"
 
 #define BENCH_RUNS_MAX 64
 #define BENCH_PATH_BYTES 4200
@@ -49,8 +49,13 @@ int bench_gl(bench_state *state, const bench_data *data);
 /* The transfer function of both over a range, of a mesh with that diagonal. Gives *transfer. */
 tl_status bench_transfer(tl_ctx *ctx, const double range[2], double diagonal,
                          tl_transfer **transfer);
+/* Its control points. */
+void bench_points(const double range[2], cli_points *points);
+/* How far two pictures of one size are apart. */
+double bench_decibels(const tl_image *a, const tl_image *b);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);
+int bench_view(bench_state *state, const bench_data *data);
 
 /* Makes a context of that many threads, reads the mesh and hands both to work with arg. Returns an
  * exit status; the message is out already. */

@@ -35,18 +35,26 @@ typedef struct draw_row {
     double ray, projected, decibels, vtk_decibels; /* of VTK; 0: not asked */
 } draw_row;
 
+void bench_points(const double range[2], cli_points *points)
+{
+    const double low = range[0], wide = range[1] - range[0];
+    points->color_count = COLOR_COUNT;
+    points->opacity_count = OPACITY_COUNT;
+    memcpy(points->colors, COLORS, sizeof COLORS);
+    memcpy(points->opacities, OPACITIES, sizeof OPACITIES);
+    for (int i = 0; i < COLOR_COUNT; i++)
+        points->colors[i].value = low + wide * points->colors[i].value;
+    for (int i = 0; i < OPACITY_COUNT; i++)
+        points->opacities[i].value = low + wide * points->opacities[i].value;
+}
+
 tl_status bench_transfer(tl_ctx *ctx, const double range[2], double diagonal,
                          tl_transfer **transfer)
 {
-    tl_color_point colors[COLOR_COUNT];
-    tl_opacity_point opacities[OPACITY_COUNT];
-    double low = range[0], wide = range[1] - range[0];
-    memcpy(colors, COLORS, sizeof colors);
-    memcpy(opacities, OPACITIES, sizeof opacities);
-    for (int i = 0; i < COLOR_COUNT; i++) colors[i].value = low + wide * colors[i].value;
-    for (int i = 0; i < OPACITY_COUNT; i++) opacities[i].value = low + wide * opacities[i].value;
-    return tl_transfer_create(ctx, colors, COLOR_COUNT, opacities, OPACITY_COUNT, UNIT * diagonal,
-                              transfer);
+    cli_points points;
+    bench_points(range, &points);
+    return tl_transfer_create(ctx, points.colors, points.color_count, points.opacities,
+                              points.opacity_count, UNIT * diagonal, transfer);
 }
 
 /* Frames, the camera turned a little before each; the first, which is not timed, goes to a file. */

@@ -89,15 +89,16 @@ static tl_status draw_frame(tl_ctx *ctx, tl_renderer *renderer, const gl_scene *
     return st ? st : tl_renderer_draw(ctx, renderer, &camera, *image);
 }
 
-static double decibels(const tl_image *a, const tl_image *b)
+double bench_decibels(const tl_image *a, const tl_image *b)
 {
+    const size_t pixels = (size_t)a->width * a->height;
     double sum = 0;
-    for (size_t p = 0; p < (size_t)SIDE_PX * SIDE_PX; p++)
+    for (size_t p = 0; p < pixels; p++)
         for (size_t k = 0; k < 3; k++) {
             double d = (double)a->rgba[4 * p + k] - (double)b->rgba[4 * p + k];
             sum += d * d;
         }
-    return -10 * log10(sum / (3.0 * SIDE_PX * SIDE_PX));
+    return -10 * log10(sum / (3.0 * (double)pixels));
 }
 
 /* The first frame beside that of the processor, then those that are timed. */
@@ -113,7 +114,7 @@ static tl_status measure_way(tl_ctx *ctx, const gl_scene *scene, size_t runs, in
     if (!st) st = draw_frame(ctx, gl, scene, 0, &drawn);
     if (!st) {
         snprintf(row->name, sizeof row->name, "%s", tl_renderer_name(gl));
-        row->decibels[way] = decibels(drawn, expected);
+        row->decibels[way] = bench_decibels(drawn, expected);
     }
     for (size_t run = 1; run <= runs && !st; run++) {
         double start = cli_now();
