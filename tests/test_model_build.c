@@ -231,6 +231,45 @@ static void test_turned(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* Two vertices at one place with different values, in flat tets: the finest level has both, so that
+ * nothing is off where nothing is rounded. */
+static void test_twins(void **state)
+{
+    (void)state;
+    enum { TWINS = 12 };
+    tl_ctx *ctx = check_ctx_create(2);
+    make_mesh m = make_grid(7);
+    const size_t verts = m.vert_count, tets = m.tet_count;
+    m.xyz = realloc(m.xyz, 3 * (verts + TWINS) * sizeof *m.xyz);
+    m.tets = realloc(m.tets, 4 * (tets + TWINS) * sizeof *m.tets);
+    CHECK(m.xyz != NULL && m.tets != NULL);
+    for (size_t i = 0; i < TWINS; i++) {
+        const tl_lidx *q = m.tets + 4 * (i * tets / TWINS), v = (tl_lidx)(verts + i);
+        const tl_lidx flat[4] = {v, q[1], q[2], q[0]};
+        memcpy(m.xyz + 3 * (size_t)v, m.xyz + 3 * (size_t)q[0], 3 * sizeof *m.xyz);
+        memcpy(m.tets + 4 * (tets + i), flat, sizeof flat);
+    }
+    m.vert_count += TWINS;
+    m.tet_count += TWINS;
+    tl_mesh *mesh = make_object(ctx, &m, bumps);
+    double *values = (double *)(uintptr_t)tl_mesh_channel(mesh, 0)->values;
+    for (size_t i = 0; i < TWINS; i++) values[verts + i] += 5;
+    tl_build_opts opts = check_model_opts(1000, 200);
+    opts.lossless = true;
+    tl_store *store = build(ctx, mesh, &opts, "twins");
+    CHECK_BOUND("finest level with twins", tl_store_get_head(store)->channels[0].codec_error,
+                1e-12);
+    tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
+    tl_cut_check_result found;
+    cuts.cuts = 8;
+    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, &cuts, &found));
+    tl_cut_check_release(ctx, &found);
+    drop(store, "twins");
+    tl_mesh_destroy(mesh);
+    make_release(&m);
+    check_ctx_destroy(ctx);
+}
+
 /* The whole file, for comparing. */
 static uint8_t *read_file(const char *path, size_t *bytes)
 {
@@ -422,11 +461,17 @@ static void test_no_values(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_grid),      cmocka_unit_test(test_rough),
-        cmocka_unit_test(test_turned),    cmocka_unit_test(test_islands),
-        cmocka_unit_test(test_threads),   cmocka_unit_test(test_odd),
-        cmocka_unit_test(test_channels),  cmocka_unit_test(test_other_data),
-        cmocka_unit_test(test_no_values), cmocka_unit_test(test_numbers_beyond),
+        cmocka_unit_test(test_grid),
+        cmocka_unit_test(test_rough),
+        cmocka_unit_test(test_turned),
+        cmocka_unit_test(test_twins),
+        cmocka_unit_test(test_islands),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_channels),
+        cmocka_unit_test(test_other_data),
+        cmocka_unit_test(test_no_values),
+        cmocka_unit_test(test_numbers_beyond),
     };
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -158,6 +158,25 @@ static bool fill_record(const job *j, int kind, size_t i, double *record)
     return isfinite(record[0] + record[1] + record[2]);
 }
 
+/* A vertex that is found at the place of another one, as in a flat tet, is measured at itself in a
+ * tet that has it: the other one may have any values. */
+static void leave_twin(const job *j, size_t vert, tl_lidx *tet, double w[4], double *distance)
+{
+    const double *place = j->mesh->xyz + 3 * vert, *x = j->segment.xyz + 3 * vert;
+    bool twin = false;
+    for (size_t i = 0; i < 4; i++) {
+        tl_lidx other = j->mesh->tets[4 * (size_t)*tet + i];
+        twin = twin || (w[i] > 0 && other != vert &&
+                        memcmp(j->mesh->xyz + 3 * (size_t)other, place, 3 * sizeof *place) == 0);
+    }
+    if (!twin) return;
+    double d2 = 0;
+    for (int k = 0; k < 3; k++) d2 += (place[k] - x[k]) * (place[k] - x[k]);
+    *distance = sqrt(d2);
+    *tet = j->tet_of[vert];
+    for (size_t i = 0; i < 4; i++) w[i] = j->mesh->tets[4 * (size_t)*tet + i] == vert;
+}
+
 /* A vertex is carried by the segment that is its home. */
 static tl_status carry(job *j, int kind)
 {
@@ -184,6 +203,7 @@ static tl_status carry(job *j, int kind)
         if (tet == TL_NONE || !fill_record(j, kind, i, record)) continue;
         st = tli_carrier_locate(&carrier, record, tet, &tet, w, &distance);
         if (st) break;
+        if (is_point) leave_twin(j, i, &tet, w, &distance);
         uint32_t part = j->part[tet];
         tli_carrier_measure(&carrier, kind, record, tet, w, distance,
                             j->product->patches[part].squares);
