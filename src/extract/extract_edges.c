@@ -285,22 +285,50 @@ tl_status tl_edges_remove(tl_ctx *ctx, tl_edges *edges, uint32_t number)
     return TL_OK;
 }
 
+/* Places of the vertices that triangles use, in the order in which they do; the triangles name them
+ * then. Gives *xyz [*vert_count][3]. */
+static tl_status take_used(tl_ctx *ctx, const tl_mesh *mesh, tl_lidx *triangles,
+                           size_t triangle_count, double **xyz, size_t *vert_count)
+{
+    tl_status st = TL_OK;
+    size_t count = 0, room = 3 * triangle_count;
+    if (room > mesh->vert_count) room = mesh->vert_count;
+    uint32_t *numbers = tl_mem_alloc(ctx, mesh->vert_count, sizeof *numbers, &st);
+    double *to = tl_mem_alloc(ctx, room, 3 * sizeof *to, &st);
+    if (!st && mesh->vert_count) memset(numbers, 0xff, mesh->vert_count * sizeof *numbers);
+    for (size_t i = 0; !st && i < 3 * triangle_count; i++) {
+        uint32_t *number = &numbers[triangles[i]];
+        if (*number == TL_NONE) {
+            memcpy(to + 3 * count, mesh->xyz + 3 * (size_t)triangles[i], 3 * sizeof *to);
+            *number = (uint32_t)count++;
+        }
+        triangles[i] = *number;
+    }
+    tl_mem_free(ctx, numbers);
+    *xyz = to;
+    *vert_count = count;
+    return st;
+}
+
 tl_status tl_edges_add_mesh(tl_ctx *ctx, tl_edges *edges, uint32_t number, const tl_mesh *mesh,
                             const tl_lidx *opposite)
 {
     tl_lidx *triangles = NULL, *faces = NULL;
     int32_t *regions = NULL;
+    double *xyz = NULL;
+    tl_edges_part part = {.shared = NULL};
     size_t count = 0;
     tl_status st = tl_mesh_boundary(ctx, mesh, opposite, &triangles, &faces, &count);
     if (mesh->regions) regions = tl_mem_alloc(ctx, count, sizeof *regions, &st);
     for (size_t t = 0; !st && mesh->regions && t < count; t++)
         regions[t] = mesh->regions[faces[t] / 4];
-    tl_edges_part part = {.xyz = mesh->xyz,
-                          .vert_count = mesh->vert_count,
-                          .triangles = triangles,
-                          .triangle_count = count,
-                          .regions = regions};
+    if (!st) st = take_used(ctx, mesh, triangles, count, &xyz, &part.vert_count);
+    part.xyz = xyz;
+    part.triangles = triangles;
+    part.triangle_count = count;
+    part.regions = regions;
     if (!st) st = tl_edges_add(ctx, edges, number, &part);
+    tl_mem_free(ctx, xyz);
     tl_mem_free(ctx, regions);
     tl_mem_free(ctx, faces);
     tl_mem_free(ctx, triangles);
