@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# demo.sh PROGRAM FOLDER [SIZE]: the main job of tetralod on a data set that is made on the spot.
+# demo.sh PROGRAM FOLDER [SIZE [SHEET]]: the main job of tetralod on a data set that is made on the
+# spot; SHEET, the program contact_sheet, puts pictures of it side by side.
 set -euo pipefail
-program=$(realpath "$1") folder=$2 size=${3:-}
+program=$(realpath "$1") folder=$2 size=${3:-} sheet=${4:+$(realpath "$4")}
+pictures=$(realpath "$(dirname "$0")")/demo_pictures.sh
 mkdir -p "$folder"
 cd "$folder"
 
@@ -56,6 +58,12 @@ row 'the finest' '--full' flow-full.vtu
 printf '(largest error of the pressure at any vertex of the original)\n'
 rm -f extract.json compare-model.json
 
+if [[ -n $sheet ]]; then
+    printf '\nPictures of the model, each off by at most a pixel (some 30 seconds) ...\n'
+    "$pictures" "$program" "$sheet" .
+    printf 'pictures.png has them side by side.\n'
+fi
+
 cat <<TEXT
 
 What you have seen: $(grouped "$tets") tetrahedra became $(grouped "$tets_tenth"), and the file of $(mebibytes sphere-flow.vtu) became $(mebibytes sphere-flow-tenth.vtu).
@@ -73,6 +81,7 @@ Where it lies, in $PWD:
   flow-1-percent.vtu      out of the model: errors of at most 1 % of the range
   flow-50000.vtu          out of the model: at most 50,000 tetrahedra
   compare.json            the comparison in numbers
-To look at them: open the .vtu files in ParaView, press Apply, choose "pressure" in the colour menu and
+${sheet:+  pictures.png            volume, surfaces, points, lines, patches and levels of the model
+}To look at them: open the .vtu files in ParaView, press Apply, choose "pressure" in the colour menu and
 the representation "Surface With Edges"; the filter Clip opens the view onto the sphere.
 TEXT

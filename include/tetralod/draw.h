@@ -265,7 +265,8 @@ TL_API void tl_annotation_window(const tl_annotation *annotation, uint32_t width
 
 /* Moves a camera, whose directions stay, so that points [point_count][3] fill a window of its
  * picture (left, right, bottom, top, -1 to 1) as far as possible; of a parallel view the scale
- * changes, too. zoom 1, or another. The focal point moves along. */
+ * changes, too. zoom above 0: above 1 only their middle is seen, by a smaller view angle. The focal
+ * point moves along. */
 TL_API void tl_camera_fit_points(tl_camera *camera, const double *points, size_t point_count,
                                  const double window[4], double zoom);
 

@@ -136,13 +136,16 @@ static tl_status add_slice(cli_scene *scene, const double plane[6])
     return tl_renderer_add_surface(ctx, scene->renderer, triangles, &look, NULL);
 }
 
+/* Glass without colours where other things lie inside. */
 static tl_status add_boundary(cli_scene *scene)
 {
     tl_ctx *ctx = scene->session->ctx;
     tl_polydata *triangles = NULL;
     tl_boundary_opts opts = tl_boundary_opts_defaults();
+    const bool is_glass = scene->volume_shade || scene->iso_count || scene->slice_count ||
+                          scene->points_shade || scene->lines.name[0];
     opts.regions = false;
-    if (scene->color_shade) {
+    if (scene->color_shade && !is_glass) {
         opts.channels = &scene->color_shade->channel;
         opts.channel_count = 1;
     }
@@ -151,9 +154,7 @@ static tl_status add_boundary(cli_scene *scene)
     if (st) return st;
     tl_look look = look_of(scene->color_shade, triangles);
     look.specular = look.scalar ? 0.05 : look.specular;
-    if (scene->volume_shade || scene->iso_count || scene->slice_count || scene->points_shade ||
-        scene->lines.name[0])
-        look.opacity = GLASS;
+    if (is_glass) look.opacity = GLASS;
     return tl_renderer_add_surface(ctx, scene->renderer, triangles, &look, NULL);
 }
 
@@ -211,8 +212,8 @@ static int by_number(const void *a, const void *b)
 }
 
 /* Of each tet of a cut's mesh the place of its patch, or its level: the mesh has the patches one
- * after another, by number. Adds it as a channel on tets. */
-static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh)
+ * after another, by number. Adds it as a channel on tets. *most: at least 0, the largest. */
+static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh, double *most)
 {
     tl_status st = TL_OK;
     tl_ctx *ctx = scene->session->ctx;
@@ -226,6 +227,7 @@ static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh)
         tl_patch_info info;
         st = tl_store_patch(ctx, scene->volume.store, numbers[i], &info);
         const double mark = scene->levels ? (double)(st ? 0 : info.level) : (double)i;
+        *most = fmax(*most, mark);
         for (uint32_t t = 0; !st && t < info.tet_count; t++) of_tet[tet++] = mark;
     }
     const tl_channel marks = {
@@ -237,16 +239,16 @@ static tl_status mark_tets(cli_scene *scene, tl_mesh *mesh)
 }
 
 /* Levels by a colour map, the finest brightest; patches by turns of the palette. */
-static tl_status mark_colors(cli_scene *scene, tl_transfer **transfer)
+static tl_status mark_colors(cli_scene *scene, double most, tl_transfer **transfer)
 {
     tl_color_point colors[2 * PALETTE_COUNT];
     const tl_opacity_point solid = {0, 1};
-    const size_t levels = scene->volume.head->level_count;
-    const size_t count = !scene->levels || levels > PALETTE_COUNT ? (size_t)PALETTE_COUNT : levels;
+    const size_t count =
+        scene->levels && most < PALETTE_COUNT ? (size_t)most + 1 : (size_t)PALETTE_COUNT;
     size_t map_count;
-    const tl_color_point *map = tl_colormap("viridis", &map_count);
+    const tl_color_point *map = tl_colormap("plasma", &map_count);
     for (size_t i = 0; i < count; i++) {
-        const size_t at = count > 1 ? (count - 1 - i) * (map_count - 1) / (count - 1) : 0;
+        const size_t at = (count - i) * (map_count - 1) / count; /* none as dark as it can be */
         for (size_t side = 0; side < 2; side++) {
             tl_color_point *p = &colors[2 * i + side];
             p->value = (double)i + (double)side - 0.5;
@@ -310,12 +312,13 @@ static tl_status add_marked_surface(cli_scene *scene, const tl_mesh *mesh, size_
 static tl_status add_marks(cli_scene *scene)
 {
     tl_mesh *mesh = NULL;
+    double most = 0;
     size_t channel = 0;
     tl_status st =
         tl_cut_mesh(scene->volume.cut, scene->volume.channels, scene->volume.channel_count, &mesh);
-    if (!st) st = mark_tets(scene, mesh);
+    if (!st) st = mark_tets(scene, mesh, &most);
     if (!st && cli_derive(scene->session, scene->volume.bounds, &mesh)) st = TL_ERR_ARG;
-    if (!st && !scene->mark_transfer) st = mark_colors(scene, &scene->mark_transfer);
+    if (!st && !scene->mark_transfer) st = mark_colors(scene, most, &scene->mark_transfer);
     while (!st && strcmp(tl_mesh_channel(mesh, channel)->name, MARKS) != 0) channel++;
     if (!st) st = add_patch_borders(scene, mesh, tl_mesh_channel(mesh, channel)->values);
     if (!st) st = add_marked_surface(scene, mesh, channel);

@@ -120,41 +120,48 @@ void tli_axes_behind(tli_canvas *canvas, const tl_annotation *a, const tli_frame
 
 /* ---- numbers ---- */
 
-/* The lowest of the outer edges along an axis, of those that go up the one at the left. false: none
- * is outer, or all are too short for numbers. */
+/* The ends of an edge on the picture; false if one is not in front of the camera. */
+static bool project_edge(const double *bounds, const tli_frame *frame, const edge *e,
+                         double from[2], double to[2])
+{
+    double xyz[3];
+    place_on(bounds, e, 0, xyz);
+    const bool seen = project(frame, xyz, from);
+    place_on(bounds, e, 1, xyz);
+    return project(frame, xyz, to) && seen;
+}
+
+/* The lowest of the outer edges along an axis, of an axis that goes up the one at the left. false:
+ * none is outer, or it is too short for numbers. */
 static bool pick_edge(const double *bounds, const tli_frame *frame, const sides *s, int axis,
                       double least_px, edge *picked)
 {
-    double best = -INFINITY;
+    double best = -INFINITY, length = 0, from[2], to[2], across = 0, up = 0;
     for (int i = 4 * axis; i < 4 * axis + 4; i++) {
         const edge e = edge_of(i);
-        double xyz[3], from[2], to[2];
-        if (faces_in_front(s, &e) != 1) continue;
-        place_on(bounds, &e, 0, xyz);
-        bool seen = project(frame, xyz, from);
-        place_on(bounds, &e, 1, xyz);
-        seen = project(frame, xyz, to) && seen;
-        const double across = fabs(to[0] - from[0]), up = fabs(to[1] - from[1]);
-        if (!seen || !(hypot(across, up) >= least_px)) continue;
+        if (!project_edge(bounds, frame, &e, from, to)) continue;
+        across += fabs(to[0] - from[0]);
+        up += fabs(to[1] - from[1]);
+    }
+    for (int i = 4 * axis; i < 4 * axis + 4; i++) {
+        const edge e = edge_of(i);
+        if (faces_in_front(s, &e) != 1 || !project_edge(bounds, frame, &e, from, to)) continue;
         const double score = up > 2 * across ? -(from[0] + to[0]) : from[1] + to[1];
         if (score <= best) continue;
         best = score;
+        length = hypot(to[0] - from[0], to[1] - from[1]);
         *picked = e;
     }
-    return best > -INFINITY;
+    return length >= least_px;
 }
 
 /* The direction across an edge on the picture, away from the middle of the box. */
 static bool away_from_box(const double *bounds, const tli_frame *frame, const edge *e,
                           double out[2])
 {
-    double xyz[3], from[2], to[2], middle[2], center[3];
+    double from[2], to[2], middle[2], center[3];
     for (int k = 0; k < 3; k++) center[k] = bounds[2 * k] / 2 + bounds[2 * k + 1] / 2;
-    place_on(bounds, e, 0, xyz);
-    project(frame, xyz, from);
-    place_on(bounds, e, 1, xyz);
-    project(frame, xyz, to);
-    if (!project(frame, center, middle)) return false;
+    if (!project_edge(bounds, frame, e, from, to) || !project(frame, center, middle)) return false;
     const double along[2] = {to[0] - from[0], to[1] - from[1]}, length = hypot(along[0], along[1]);
     out[0] = -along[1] / length;
     out[1] = along[0] / length;
@@ -192,7 +199,9 @@ static double write_beside(tli_canvas *canvas, taken *room, const tli_words *wor
     tli_canvas_measure(canvas, words, size);
     const double reach = fabs(out[0]) * size[0] / 2 + fabs(out[1]) * size[1] / 2;
     const double x = place[0] + out[0] * (gap + reach), y = place[1] + out[1] * (gap + reach);
-    const double box[4] = {x - size[0] / 2, x + size[0] / 2, y - size[1] / 2, y + size[1] / 2};
+    const double apart = size[1] / 6;
+    const double box[4] = {x - size[0] / 2 - apart, x + size[0] / 2 + apart, y - size[1] / 2,
+                           y + size[1] / 2};
     if (!room || take_room(room, box)) tli_canvas_text(canvas, words, x, y, (double[]){0.5, 0.5});
     return gap + 2 * reach;
 }
@@ -205,10 +214,7 @@ static void draw_axis(tli_canvas *canvas, const double *bounds, const tli_frame 
     char title[2 * TLI_TICK_BYTES], factor[TLI_TICK_BYTES];
     int exponent;
     if (!away_from_box(bounds, frame, e, out)) return;
-    place_on(bounds, e, 0, xyz);
-    project(frame, xyz, from);
-    place_on(bounds, e, 1, xyz);
-    project(frame, xyz, to);
+    project_edge(bounds, frame, e, from, to);
     const double length = hypot(to[0] - from[0], to[1] - from[1]) / text_px;
     const size_t most = (size_t)fmin(fmax(2, length / NUMBER_ROOM), 8);
     const size_t count =

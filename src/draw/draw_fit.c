@@ -73,16 +73,18 @@ void tl_camera_fit_points(tl_camera *camera, const double *points, size_t point_
     double d = OFF * extent;
     for (int k = 0; k < 2; k++)
         d = fmax(d, (r[k].above - r[k].below) / (v.t[k] * (window[2 * k + 1] - window[2 * k])));
-    d /= zoom;
     if (!v.parallel) d = fmax(d, OFF * extent - nearest);
     const double back = v.parallel ? 2 * extent : d;
-    if (v.parallel) camera->parallel_scale = d;
     for (int k = 0; k < 3; k++) camera->position[k] = middle[k] - back * v.forward[k];
     for (int axis = 0; axis < 2; axis++) {
-        /* in the middle between what either side allows */
+        /* in the middle between what either side allows; what is there stays there as it grows */
         const double ends = (window[2 * axis] + window[2 * axis + 1]) * v.t[axis] * d;
-        const double aside = (r[axis].above + r[axis].below - ends) / 2;
+        const double aside = (r[axis].above + r[axis].below - ends) / 2 / zoom;
         for (int k = 0; k < 3; k++) camera->position[k] += aside * v.across[axis][k];
     }
+    if (v.parallel)
+        camera->parallel_scale = d / zoom;
+    else
+        camera->view_angle = atan(v.t[1] / zoom) * 360 / PI;
     for (int k = 0; k < 3; k++) camera->focal_point[k] = camera->position[k] + back * v.forward[k];
 }
