@@ -54,9 +54,11 @@ int main(int argc, char **argv)
     for (int i = 0; i < count && !failed; i++) {
         const size_t x = MARGIN + (size_t)(i % columns) * (width + MARGIN);
         const size_t y = MARGIN + (size_t)(i / columns) * (height + MARGIN);
-        failed = place(argv[3 + i], pixels + y * row_bytes + x * CHANNELS, width, height, row_bytes);
+        failed =
+            place(argv[3 + i], pixels + y * row_bytes + x * CHANNELS, width, height, row_bytes);
     }
-    if (!failed && !png_image_write_to_file(&sheet, argv[1], 0, pixels, (png_int_32)row_bytes, NULL))
+    if (!failed &&
+        !png_image_write_to_file(&sheet, argv[1], 0, pixels, (png_int_32)row_bytes, NULL))
         failed = fail(argv[1], &sheet);
     free(pixels);
     return failed;

@@ -21,8 +21,8 @@ draw points --points pressure=150000 --range -0.6,0.6 --title "points on all iso
 draw lines --lines velocity:width=2,halo,arrows=6 --seeds "$around" --box=-4,-0.6,-3,4,0.6,3 "${ball[@]}" \
     --colormap plasma --title "streamlines, ghosts beside a plane"
 draw plane --slice y=50% --color-by "mag(velocity)" --range 0,1.5 "${ball[@]}" --title "a plane"
-draw patches --color-patches --clip "y<0" --view 140,30 --error 0.1% --title "patches at 0.1 %"
-draw levels --color-levels --clip "y<0" --view 140,30 --error 0.1% --title "levels at 0.1 %"
+draw patches --color-patches --clip "y<0" --view 140,30 --error 0.3% --title "patches at 0.3 %"
+draw levels --color-levels --clip "y<0" --view 140,30 --error 0.3% --title "levels at 0.3 %"
 near=()
 draw outlines --lines velocity:width=2,halo,dash=0.6 --seeds line:-4,-2,0,-4,2,0:25 --silhouettes --color-by pressure \
     --range -0.8,0.8 --colormap cool-to-warm --view 20,35,3.5 --annotation bar,error --title "silhouettes, dashes along the flow"

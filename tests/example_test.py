@@ -41,6 +41,19 @@ class Examples(unittest.TestCase):
         compared = json.loads(read(self.folder, "demo", "compare.json"))
         self.assertEqual({"pressure", "velocity"}, {c["name"] for c in compared["channels"]})
 
+    def test_the_sheet_of_pictures(self):
+        """The demo's pictures of its model, on one sheet of three columns."""
+        sheet = os.path.join(BUILD, "examples", "contact_sheet")
+        self.call(PROGRAM, "sample", "sphere-flow", "-o", "sphere-flow.vtu", "--size", "12", "-q")
+        self.call(PROGRAM, "build", "sphere-flow.vtu", "-o", "sphere-flow.tlod", "-q")
+        self.call(os.path.join(ROOT, "examples", "demo_pictures.sh"), PROGRAM, sheet, ".")
+        with open(os.path.join(self.folder, "pictures.png"), "rb") as f:
+            head = f.read(24)
+        size = [int.from_bytes(head[at:at + 4], "big") for at in (16, 20)]
+        self.assertEqual(size, [3 * 644 + 4, 3 * 484 + 4])
+        self.call(sheet, "out.png", "2", "none.png", status=1)
+        self.call(sheet, "out.png", status=2)
+
     def test_the_example_simplifies(self):
         self.call(PROGRAM, "sample", "marschner-lobb", "-o", "in.vtu", "--size", "12")
         out = self.call(os.path.join(BUILD, "examples", "example_simplify"), "in.vtu", "out.vtu").stdout
