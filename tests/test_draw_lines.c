@@ -71,11 +71,11 @@ static tl_line_opts wide(double width_px)
     return opts;
 }
 
-/* Rows of a column that are opaque. */
-static int rows_of(const tl_image *image, size_t column)
+/* Rows of a column that are covered, parts of them at the edges. */
+static double rows_of(const tl_image *image, size_t column)
 {
-    int rows = 0;
-    for (size_t y = 0; y < image->height; y++) rows += picture_opacity(image, column, y) >= 1;
+    double rows = 0;
+    for (size_t y = 0; y < image->height; y++) rows += picture_opacity(image, column, y);
     return rows;
 }
 
@@ -95,11 +95,12 @@ static void widths_are_as_asked(void **state)
             if (i > 3) opts.width = 0.08;
             tl_image *image = picture_of_lines(ctx, &d->lines, &look, &opts, &camera);
             double pixels = i > 3 ? 0.08 * scale : opts.width_px;
-            for (size_t x = 90; x < 110; x++) CHECK_NEAR(rows_of(image, x), pixels, 1);
-            CHECK_NEAR((double)image->depth[100 * SIDE + 100], far ? 20 : 10, 1e-5);
-            CHECK_NEAR((double)picture_pixel(image, 100, 100)[1], 0.5, 1e-6);
+            for (size_t x = 90; x < 110; x++) CHECK_NEAR(rows_of(image, x), pixels, 0.02);
+            if (pixels > 2.1)
+                CHECK_NEAR((double)image->depth[100 * SIDE + 100], far ? 20 : 10, 1e-5);
+            if (pixels > 2.1) CHECK_NEAR((double)picture_pixel(image, 100, 100)[1], 0.5, 1e-6);
             size_t end = (size_t)(100 + 0.8 * scale + pixels / 2);
-            CHECK(end >= SIDE - 2 || rows_of(image, end + 1) == 0);
+            CHECK(end >= SIDE - 2 || rows_of(image, end + 2) == 0);
             tl_image_destroy(ctx, image);
         }
     free(d);
@@ -123,7 +124,7 @@ static void tubes_are_lit_across(void **state)
         add_vert(d, 0.8, 0, 0.8 * slope);
         end_line(d);
         tl_image *image = picture_of_lines(ctx, &d->lines, &look, &opts, &camera);
-        for (size_t y = 81; y < 119; y++) {
+        for (size_t y = 82; y < 118; y++) {
             double across = ((double)y + 0.5 - 100) / 20;
             double cosine = sqrt(1 - across * across) * (slanted ? sqrt(0.5) : 1);
             double light = look.ambient + look.diffuse * cosine;
@@ -182,8 +183,9 @@ static void bends_are_whole(void **state)
                     double opacity = picture_opacity(image, x, y);
                     double off = distance_to(d, ((double)x - 99.5) / 100, (99.5 - (double)y) / 100);
                     double half = opts.width_px / 200;
-                    if (off < half - OFF_PIXELS) CHECK(opacity >= look.opacity);
-                    if (off > half + OFF_PIXELS) CHECK_NEAR(opacity, 0, 0);
+                    double inside = half - off; /* the edge is a pixel wide */
+                    if (inside > 0.005 + OFF_PIXELS) CHECK(opacity >= look.opacity);
+                    if (inside < -0.005 - OFF_PIXELS) CHECK_NEAR(opacity, 0, 0);
                     covered += opacity > 0;
                     doubled += opacity > look.opacity;
                 }
@@ -217,6 +219,7 @@ static void halos_set_lines_apart(void **state)
         for (size_t y = 20; y < 180; y++) {
             double off = fabs((double)y + 0.5 - 100);
             double expected = behind && off > 3 && off < 8 ? 0 : 1;
+            if (behind && (fabs(off - 3) < 0.6 || fabs(off - 8) < 0.6)) continue;
             CHECK_NEAR(picture_opacity(image, 100, y), expected, 0);
         }
         tl_image_destroy(ctx, image);
@@ -242,7 +245,7 @@ static void gaps_and_arrows_move_along(void **state)
             double at = ((double)x + 0.5 - 20) / 100 - opts.phase,
                    part = at - floor(at / 0.4) * 0.4;
             if (fabs(part - 0.3) < 0.011 || part < 0.011 || part > 0.389) continue;
-            CHECK_EQ(rows_of(image, x), part < 0.3 ? 4 : 0);
+            CHECK_NEAR(rows_of(image, x), part < 0.3 ? 4 : 0, 0.02);
         }
         tl_image_destroy(ctx, image);
         opts = wide(4);
@@ -253,11 +256,11 @@ static void gaps_and_arrows_move_along(void **state)
             /* 28 pixels long, 16 wide at its end, as thin as the line at its tip, which comes last
              */
             size_t at = 20 + 40 + (size_t)(80 * tip + 10 * moved);
-            CHECK_EQ(rows_of(image, at - 29), 4);
+            CHECK_NEAR(rows_of(image, at - 29), 4, 0.02);
             CHECK_NEAR(rows_of(image, at - 27), 16, 1);
             CHECK_NEAR(rows_of(image, at - 14), 8, 1);
-            CHECK_EQ(rows_of(image, at - 2), 4);
-            CHECK_EQ(rows_of(image, at + 2), 4);
+            CHECK_NEAR(rows_of(image, at - 2), 4, 0.02);
+            CHECK_NEAR(rows_of(image, at + 2), 4, 0.02);
         }
         tl_image_destroy(ctx, image);
     }

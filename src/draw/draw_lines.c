@@ -5,16 +5,19 @@
  * falls away from its line, so that lines at one depth leave each other whole (Everts et al. 2009).
  *
  * Pieces are runs of a few segments. The segments of a run give each pixel one fragment, the
- * nearest, and a pixel belongs to the run whose axis is nearer: translucent lines have no dark
- * joints. */
+ * one that covers most of it, and a pixel belongs to the run whose axis is nearer: translucent
+ * lines have no dark joints. */
 #include <math.h>
 
 #include "base/base_vec.h"
 #include "draw/draw_layers.h"
 
-enum { RUN_SEGMENTS = 8, LINES_AT_ONCE = 64 };
+/* Of opaque lines only pixels at edges matter to the runs beside. */
+enum { RUN_SEGMENTS = 8, OPAQUE_BESIDE = 2, LINES_AT_ONCE = 64 };
 /* Nothing nearer is drawn, in units of the frame. */
 static const double NEAREST = 1e-4;
+/* A pixel's part of the way from covered to not covered at an edge, to either side. */
+static const double EDGE_PX = 0.5;
 /* Thinner bands would have holes between pixels. */
 static const double RADIUS_LEAST_PX = 0.5;
 /* The length of an arrow head by the width of its line; at most this part of the
@@ -56,8 +59,9 @@ typedef struct band {
 
 /* What a run shows at a pixel. */
 typedef struct spot {
-    double z, across, part; /* across: 0 on the axis, 1 at the edge; part of the segment */
-    tl_lidx at;             /* vertex in use where the segment begins */
+    double z, cover;     /* cover: of the pixel, 0 to 1 */
+    double across, part; /* 0 on the axis, 1 at the edge; part of the segment */
+    tl_lidx at;          /* vertex in use where the segment begins */
 } spot;
 
 /* ---- sizes ---- */
@@ -100,7 +104,7 @@ static double radius_on(const lines *l, double way, double z)
 static double reach_at(const lines *l, double z)
 {
     double head = l->opts->arrow_spacing > 0 ? TLI_ARROW_WIDTH : 1;
-    return head * radius_at(l, z) + l->opts->halo_px;
+    return head * radius_at(l, z) + fmax(EDGE_PX, l->opts->halo_px);
 }
 
 /* ---- bands ---- */
@@ -178,16 +182,19 @@ static void mark(canvas *c, const band *b, int whose, uint32_t pixel, double off
     double radius = radius_on(l, l->ways[b->at] + (part + t - in) * way, z);
     if (is_cap) radius = fmin(radius, radius_at(l, z)); /* heads are no balls where a line bends */
     double unit = (parallel ? 1 : z) / l->frame->scale; /* of the frame, by pixel */
-    if (off <= radius && radius > 0) {
-        double across = off / radius, depth = z;
-        if (off < c->offs[whose][pixel]) c->offs[whose][pixel] = off;
-        if (l->opts->shape == TL_LINE_TUBE) depth -= radius * sqrt(1 - across * across) * unit;
-        if (whose == OWN && depth < c->spots[pixel].z)
-            c->spots[pixel] = (spot){depth > 0 ? depth : z, across, part, b->at};
-    } else if (off <= radius + l->opts->halo_px && radius > 0 && !is_cap) {
+    if (!(radius > 0) || off > radius + fmax(EDGE_PX, l->opts->halo_px)) return;
+    double cover = fmin(radius + EDGE_PX - off, 1);
+    if (cover < 1 && whose == OWN && !is_cap && off <= radius + l->opts->halo_px) {
         double depth = z + HALO_SLOPE * off * unit;
         if (depth < c->halos[pixel]) c->halos[pixel] = depth;
     }
+    if (!(cover > 0)) return;
+    spot *s = &c->spots[pixel];
+    double across = fmin(off / radius, 1), depth = z;
+    if (l->opts->shape == TL_LINE_TUBE) depth -= radius * sqrt(1 - across * across) * unit;
+    if (off < c->offs[whose][pixel]) c->offs[whose][pixel] = off;
+    if (whose == OWN && (cover > s->cover || (cover >= s->cover && depth < s->z)))
+        *s = (spot){depth > 0 ? depth : z, cover, across, part, b->at};
 }
 
 /* Columns and rows of the tile, [low, high), within reach of a band; false: none. */
@@ -224,10 +231,10 @@ static void mark_band(canvas *c, const band *b, int whose, const uint32_t low[2]
         }
 }
 
-/* Marks what a run covers within the part of the tile that is in use. */
-static void mark_run(canvas *c, const run *r, int whose)
+/* Marks what segments [first, last) cover within the part of the tile that is in use. */
+static void mark_bands(canvas *c, tl_lidx first, tl_lidx last, int whose)
 {
-    for (tl_lidx at = r->first; at < r->last; at++) {
+    for (tl_lidx at = first; at < last; at++) {
         band b;
         uint32_t low[2], high[2];
         if (!set_band(c->l, at, &b) || !clip(c->l, c->tile, &b, low, high)) continue;
@@ -257,9 +264,24 @@ static bool open_canvas(canvas *c, const run *r)
         for (uint32_t x = c->low[0]; x < c->high[0]; x++) {
             uint32_t i = y * TLI_TILE_PX + x;
             c->spots[i].z = c->halos[i] = INFINITY;
+            c->spots[i].cover = 0;
             c->offs[OWN][i] = c->offs[BEFORE][i] = c->offs[AFTER][i] = INFINITY;
         }
     return c->low[0] < c->high[0] && c->low[1] < c->high[1];
+}
+
+/* Marks what up to count segments of the runs beside cover. */
+static void mark_beside(canvas *c, const run *r, tl_lidx count)
+{
+    const run *before = r->begins ? r : r - 1, *after = r->ends ? r : r + 1;
+    if (!r->begins && before->last - before->first > count)
+        mark_bands(c, before->last - count, before->last, BEFORE);
+    else if (!r->begins)
+        mark_bands(c, before->first, before->last, BEFORE);
+    if (!r->ends && after->last - after->first > count)
+        mark_bands(c, after->first, after->first + count, AFTER);
+    else if (!r->ends)
+        mark_bands(c, after->first, after->last, AFTER);
 }
 
 /* True if the runs beside leave a pixel to this one: they find the same distances. */
@@ -311,8 +333,9 @@ static void shade(const lines *l, const spot *s, double px, double py, float rgb
         }
         tli_look_light(look, cosine, rgba);
     }
-    for (int k = 0; k < 3; k++) rgba[k] *= (float)look->opacity;
-    rgba[3] = (float)look->opacity;
+    float opacity = (float)(look->opacity * s->cover);
+    for (int k = 0; k < 3; k++) rgba[k] *= opacity;
+    rgba[3] = opacity;
 }
 
 /* A hole: nothing is seen behind it, nor itself. */
@@ -331,9 +354,8 @@ static void draw(const void *data, size_t piece, tli_tile *tile)
     const run *r = &c.l->runs[piece];
     if (!open_canvas(&c, r)) return;
     bool is_opaque = c.l->look->opacity >= 1, has_halo = c.l->opts->halo_px > 0 && is_opaque;
-    mark_run(&c, r, OWN);
-    if (!is_opaque && !r->begins) mark_run(&c, r - 1, BEFORE);
-    if (!is_opaque && !r->ends) mark_run(&c, r + 1, AFTER);
+    mark_bands(&c, r->first, r->last, OWN);
+    mark_beside(&c, r, is_opaque ? OPAQUE_BESIDE : RUN_SEGMENTS);
     for (uint32_t y = c.low[1]; y < c.high[1]; y++)
         for (uint32_t x = c.low[0]; x < c.high[0]; x++) {
             float rgba[4];
@@ -341,7 +363,7 @@ static void draw(const void *data, size_t piece, tli_tile *tile)
             const spot *s = &c.spots[pixel];
             if (has_halo && c.halos[pixel] < INFINITY) put_halo(tile, pixel, (float)c.halos[pixel]);
             if (!(s->z < INFINITY && (float)s->z <= tile->z[pixel])) continue;
-            if (!is_opaque && !owns(&c, pixel)) continue;
+            if (!owns(&c, pixel)) continue;
             shade(c.l, s, tile->px + x, tile->py - y, rgba);
             tli_tile_put(tile, pixel, (float)s->z, rgba);
         }
