@@ -153,12 +153,12 @@ static void gl_remove(tl_ctx *ctx, void *state, tli_item *item)
 
 /* ---- a picture ---- */
 
-/* Points are translucent at their edges. */
+/* Points and lines are translucent at their edges. */
 static bool is_painted(const tli_item *item, bool translucent)
 {
     if (item->kind == TLI_ITEM_VOLUME || !(item->look.opacity > 0)) return false;
     return (item->look.opacity < 1) == translucent ||
-           (item->kind == TLI_ITEM_POINTS && translucent);
+           ((item->kind == TLI_ITEM_POINTS || item->kind == TLI_ITEM_LINES) && translucent);
 }
 
 /* How far a thing reaches beyond its places, in units of the frame at a depth of 1. */

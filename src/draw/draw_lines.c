@@ -183,7 +183,8 @@ static void mark(canvas *c, const band *b, int whose, uint32_t pixel, double off
     if (is_cap) radius = fmin(radius, radius_at(l, z)); /* heads are no balls where a line bends */
     double unit = (parallel ? 1 : z) / l->frame->scale; /* of the frame, by pixel */
     if (!(radius > 0) || off > radius + fmax(EDGE_PX, l->opts->halo_px)) return;
-    double cover = fmin(radius + EDGE_PX - off, 1);
+    bool is_head = radius > radius_at(l, z); /* sharp: its edge is of several segments */
+    double cover = is_head ? off <= radius : fmin(radius + EDGE_PX - off, 1);
     if (cover < 1 && whose == OWN && !is_cap && off <= radius + l->opts->halo_px) {
         double depth = z + HALO_SLOPE * off * unit;
         if (depth < c->halos[pixel]) c->halos[pixel] = depth;
@@ -363,7 +364,7 @@ static void draw(const void *data, size_t piece, tli_tile *tile)
             const spot *s = &c.spots[pixel];
             if (has_halo && c.halos[pixel] < INFINITY) put_halo(tile, pixel, (float)c.halos[pixel]);
             if (!(s->z < INFINITY && (float)s->z <= tile->z[pixel])) continue;
-            if (!owns(&c, pixel)) continue;
+            if (!(is_opaque && s->cover >= 1) && !owns(&c, pixel)) continue;
             shade(c.l, s, tile->px + x, tile->py - y, rgba);
             tli_tile_put(tile, pixel, (float)s->z, rgba);
         }
