@@ -113,11 +113,13 @@ static int unknown_field(const cli_session *session, const request *r, const cha
                        : cli_unknown_channel(session, v->input.mesh, name);
 }
 
+/* Of a model as it has it, whatever was decoded. */
 static void field_range(const request *r, uint32_t c, double range[2])
 {
     const cli_volume *v = r->volume;
-    if (r->by_patch)
-        memcpy(range, v->head->channels[c].range, 2 * sizeof *range);
+    const uint32_t own = r->by_patch ? c : cli_volume_channel(v, field_name(r, c));
+    if (own != TL_NONE)
+        memcpy(range, v->head->channels[own].range, 2 * sizeof *range);
     else
         tl_channel_range(tl_mesh_channel(v->input.mesh, c), tl_mesh_vert_count(v->input.mesh),
                          range, NULL);
