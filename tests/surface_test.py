@@ -153,6 +153,17 @@ class Surface(unittest.TestCase):
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(text, done.stderr)
 
+    def test_first_picture(self):
+        """The bench of a model's first picture: fewer tets than there are, and nearly the same picture."""
+        model = self.path("b.tlod")
+        self.assertEqual(run("build", self.grid, "-o", model).returncode, 0)
+        done = run("bench", "view", "--data", model, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        seen, full = json.loads(done.stdout)["rows"]
+        self.assertLess(seen["tets"], full["tets"])
+        self.assertLessEqual(seen["error_px"], 1)
+        self.assertGreater(seen["decibels"], 45)
+
     def test_numbers_that_are_none(self):
         """glTF has finite numbers alone: NaN values become 0, and the file is read."""
         text = open(self.path("nan.vtk"), "w", encoding="utf-8")
