@@ -186,7 +186,7 @@ static void wrong_options(void **state)
 {
     (void)state;
     static const double value = 0.5, bad = (double)NAN;
-    static const uint32_t none = 9;
+    static const uint32_t none = 9, twice[2] = {0, 0};
     slices_case c;
     tl_ctx *ctx = check_context(1);
     tl_slices *slices = NULL;
@@ -210,6 +210,7 @@ static void wrong_options(void **state)
     opts.plane[5] = 1;
     CHECK_OK(ctx, tl_slices_create(ctx, c.store, &opts, &slices));
     CHECK_STATUS(tl_slices_update(slices, &c.head->patch_count, 1), TL_ERR_ARG);
+    CHECK_STATUS(tl_slices_update(slices, twice, 2), TL_ERR_ARG);
     CHECK_EQ(tl_slices_get_state(slices).patches, 0);
     tl_slices_destroy(slices);
     slices_close(&c);

@@ -112,8 +112,8 @@ TL_API void tl_slices_destroy(tl_slices *slices);
 /* Other values from the next update on, which decodes what these values cut. Copies. TL_ERR_ARG */
 TL_API tl_status tl_slices_set_values(tl_slices *slices, const double *values, size_t value_count);
 /* Goes over to these patches of one cut (tl_cut_patches), in any order, each once. Runs on the
- * pool. On failure those before stay. TL_ERR_ARG for a patch that is none; TL_ERR_IO and
- * TL_ERR_FORMAT name the patch. */
+ * pool. On failure those before stay. TL_ERR_ARG for a patch that is none, or there
+ * twice; TL_ERR_IO and TL_ERR_FORMAT name the patch. */
 TL_API tl_status tl_slices_update(tl_slices *slices, const uint32_t *patches, size_t patch_count);
 
 /* What is there, and what the last update took. */

@@ -139,13 +139,14 @@ static tl_status list_coming(coming *c, const uint32_t *patches, size_t patch_co
     tl_slices *s = c->slices;
     tl_status st = TL_OK;
     s->stamp++;
-    s->state.passed_over = 0;
     c->numbers = tl_mem_alloc(s->ctx, patch_count, sizeof *c->numbers, &st);
     for (size_t i = 0; !st && i < patch_count; i++) {
         bool may = true;
         if (patches[i] >= s->job.head->patch_count)
             return tl_fail(s->ctx, TL_ERR_ARG, "patch %u of %u", patches[i],
                            s->job.head->patch_count);
+        if (s->stamps[patches[i]] == s->stamp)
+            return tl_fail(s->ctx, TL_ERR_ARG, "patch %u is there twice", patches[i]);
         s->stamps[patches[i]] = s->stamp;
         if (s->places[patches[i]] && !s->is_stale) continue;
         st = tli_slices_may_cut(s->ctx, &s->job, patches[i], &may);
