@@ -7,12 +7,12 @@
 #include "make_mesh.h"
 #include "make_scene.h"
 
-static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
-                      const tl_transfer *transfer, const tl_camera *camera, float depth)
+static tl_image *draw_with(tl_ctx *ctx, const make_mesh *m, make_field field,
+                           const tl_transfer *transfer, const tl_camera *camera, float depth,
+                           tl_volume_opts opts)
 {
     tl_volume *volume = NULL;
     tl_image *image = NULL;
-    tl_volume_opts opts = tl_volume_opts_defaults();
     opts.opacity_end = 1;
     tl_mesh *mesh = make_object(ctx, m, field);
     CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
@@ -23,6 +23,12 @@ static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
     tl_volume_destroy(ctx, volume);
     tl_mesh_destroy(mesh);
     return image;
+}
+
+static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
+                      const tl_transfer *transfer, const tl_camera *camera, float depth)
+{
+    return draw_with(ctx, m, field, transfer, camera, depth, tl_volume_opts_defaults());
 }
 
 static double middle(const tl_image *image)
@@ -254,22 +260,83 @@ static void same_for_all_kernels(void **state)
     item.volume = volume;
     CHECK_OK(ctx, tl_image_create(ctx, MAKE_SIDE, MAKE_SIDE, &image));
     CHECK_OK(ctx, tli_frame_set(ctx, &camera, image, &frame));
-    CHECK_OK(ctx, tli_volume_view_open(ctx, &item, &frame, image, &view));
-    for (int i = 0; i < 2; i++) {
-        tiles[i] = (tli_tile){.ctx = ctx, .frame = &frame};
-        tli_tile_load(&tiles[i], image, 0, 0);
-        CHECK_OK(ctx, tli_tile_sort(&tiles[i]));
-        view.follow = kernels[i];
-        CHECK_OK(ctx, tli_volume_view_draw(&view, 0, &tiles[i]));
-        tl_mem_free(ctx, tiles[i].hits);
+    for (int lit = 0; lit < 2; lit++) {
+        item.volume_opts.lit = lit;
+        item.volume_opts.gradients = m.xyz; /* some directions */
+        CHECK_OK(ctx, tli_volume_view_open(ctx, &item, &frame, image, &view));
+        for (int i = 0; i < 2; i++) {
+            tiles[i] = (tli_tile){.ctx = ctx, .frame = &frame};
+            tli_tile_load(&tiles[i], image, 0, 0);
+            CHECK_OK(ctx, tli_tile_sort(&tiles[i]));
+            view.follow = kernels[i];
+            CHECK_OK(ctx, tli_volume_view_draw(&view, 0, &tiles[i]));
+            tl_mem_free(ctx, tiles[i].hits);
+        }
+        CHECK(tiles[0].rgba[TLI_TILE_PIXELS - 1][3] > 0);
+        CHECK(memcmp(tiles[0].rgba, tiles[1].rgba, sizeof tiles[0].rgba) == 0);
+        tli_volume_view_close(ctx, &view);
     }
-    CHECK(tiles[0].rgba[TLI_TILE_PIXELS - 1][3] > 0);
-    CHECK(memcmp(tiles[0].rgba, tiles[1].rgba, sizeof tiles[0].rgba) == 0);
-    tli_volume_view_close(ctx, &view);
     tl_image_destroy(ctx, image);
     tl_volume_destroy(ctx, volume);
     tl_transfer_destroy(ctx, t);
     tl_mesh_destroy(mesh);
+    make_release(&m);
+    tl_ctx_destroy(ctx);
+}
+
+/* Gradients at an angle to the view: the closed form of light on white fog, and of opacity. */
+static void light_on_fog(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_context(2);
+    make_mesh m = make_grid(9);
+    make_shuffle(&m, 2);
+    tl_transfer *t = make_fog(ctx, 0, 1.5, 1, 1.5);
+    double *gradients = malloc(3 * m.vert_count * sizeof *gradients);
+    for (int turn = 0; turn < 4; turn++)
+        for (int parallel = 0; parallel < 2; parallel++) {
+            double angle = turn * 0.4, cosine = fabs(cos(angle));
+            tl_camera camera = make_camera(parallel);
+            tl_volume_opts opts = tl_volume_opts_defaults();
+            for (size_t v = 0; v < m.vert_count; v++) {
+                gradients[3 * v] = 1e-20 * sin(angle);
+                gradients[3 * v + 1] = 0;
+                gradients[3 * v + 2] = -1e-20 * cos(angle);
+            }
+            opts.gradients = gradients;
+            opts.lit = true;
+            opts.specular = 0.1;
+            opts.shininess = 5;
+            double expected = opts.ambient + opts.diffuse * cosine + 0.1 * pow(cosine, 5);
+            tl_image *image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+            const float *c =
+                image->rgba + 4 * ((size_t)MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2);
+            CHECK_NEAR((double)c[3], -expm1(-1.5), 3e-5);
+            CHECK_NEAR((double)c[0] / (double)c[3], fmin(expected, 1), 3e-4);
+            tl_image_destroy(ctx, image);
+            /* a third of the extinction */
+            opts.lit = false;
+            opts.gradient_opacity = 3e-20;
+            image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+            CHECK_NEAR(middle(image), -expm1(-0.5), 3e-5);
+            tl_image_destroy(ctx, image);
+            opts.gradient_opacity = 1e-21; /* full */
+            image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+            CHECK_NEAR(middle(image), -expm1(-1.5), 3e-5);
+            tl_image_destroy(ctx, image);
+        }
+    /* gradients that are none: nothing is seen there */
+    for (size_t i = 0; i < 3 * m.vert_count; i++) gradients[i] = (double)(i % 2 ? NAN : INFINITY);
+    tl_camera camera = make_camera(false);
+    tl_volume_opts opts = tl_volume_opts_defaults();
+    opts.gradients = gradients;
+    opts.lit = true;
+    opts.gradient_opacity = 1;
+    tl_image *image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+    for (size_t i = 0; i < (size_t)MAKE_SIDE * MAKE_SIDE * 4; i++) CHECK(image->rgba[i] == 0);
+    tl_image_destroy(ctx, image);
+    free(gradients);
+    tl_transfer_destroy(ctx, t);
     make_release(&m);
     tl_ctx_destroy(ctx);
 }
@@ -376,6 +443,7 @@ int main(void)
         cmocka_unit_test(empty_meshes_show_nothing),
         cmocka_unit_test(clear_values_change_nothing),
         cmocka_unit_test(same_for_all_kernels),
+        cmocka_unit_test(light_on_fog),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

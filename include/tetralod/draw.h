@@ -219,7 +219,8 @@ TL_API void tl_renderer_remove(tl_ctx *ctx, tl_renderer *renderer, tl_item item)
 
 /* Draws all things in front of what the picture holds, up to its depth: the nearest opaque ones,
  * before them translucent ones in order of depth, with what the volume has in between (Cignoni et
- * al. 1997, V). At equal depth the thing added last is in front. Depth becomes that of the nearest
+ * al. 1997, V). At equal depth the thing added last is in front, and
+ * translucent ones are before opaque ones. Depth becomes that of the nearest
  * opaque thing. TL_ERR_ARG as of tl_draw_volume. */
 TL_API tl_status tl_renderer_draw(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
                                   tl_image *image);

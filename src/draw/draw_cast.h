@@ -13,6 +13,12 @@ typedef struct tli_cast {
     bool parallel;
     float opacity_end, step_depth;
     float clear[2]; /* as of the transfer function */
+    /* light and gradient opacity; NULL: none */
+    const float (*gradients)[4]; /* of the vertices, in axes of the mesh; opacity falls below a
+                                    length of 1, if dims; the fourth number is not used */
+    bool dims;
+    float axes[3][3]; /* right, up, forward of the frame */
+    float ambient, diffuse, specular, shininess;
 } tli_cast;
 
 /* What a translucent piece does to a pixel of a tile. */

@@ -35,6 +35,8 @@ static void load_corner(const tli_cast *cast, lanes *l, int i, int corner, tl_li
     l->z[corner][i] = v->z;
     l->s[corner][i] = v->s;
     l->verts[corner][i] = (int32_t)vert;
+    for (int k = 0; k < 3 && cast->gradients; k++)
+        l->slopes[corner][k][i] = cast->gradients[vert][k];
 }
 
 /* Puts the lane at a door; false if the ray only touches it. */
@@ -55,6 +57,11 @@ static bool enter(const tli_cast *cast, lanes *l, int i, tl_lidx door)
     if (!(sum > 0)) return false;
     l->depth[i] = depth / sum;
     l->value[i] = value / sum;
+    for (int k = 0; k < 3 && cast->gradients; k++) {
+        l->slope[k][i] = 0;
+        for (int c = 0; c < 3; c++)
+            l->slope[k][i] += fmaxf(l->areas[c][i], 0) / sum * l->slopes[c][k][i];
+    }
     l->sums[i] = sums_at(cast->transfer, l->value[i]);
     l->at[i] = door;
     l->stalled[i] = 0;
@@ -78,6 +85,14 @@ static bool go_on(const tli_cast *cast, lanes *l, int i)
     return false;
 }
 
+/* Component k of the direction of a ray. */
+static float direction(const tli_cast *cast, float x, float y, int k)
+{
+    if (cast->parallel) return cast->axes[2][k];
+    return (x * cast->axes[0][k] + y * cast->axes[1][k] + cast->axes[2][k]) /
+           sqrtf(1 + x * x + y * y);
+}
+
 /* Gives the lane the next ray that meets the mesh; it rests if there is none. */
 static void take_ray(const tli_cast *cast, lanes *l, int i, const tli_ray **next,
                      const tli_ray *end)
@@ -93,6 +108,7 @@ static void take_ray(const tli_cast *cast, lanes *l, int i, const tli_ray **next
         l->end[i] = ray->fragment_count ? ray->fragments[0].z : ray->depth;
         l->length[i] = (float)cast->unit * (cast->parallel ? 1 : sqrtf(1 + x * x + y * y));
         for (int k = 0; k < 4; k++) l->light[k][i] = 0;
+        for (int k = 0; k < 3 && cast->gradients; k++) l->view[k][i] = direction(cast, x, y, k);
         l->depth[i] = -INFINITY;
         l->busy[i] = -1;
         if (go_on(cast, l, i)) return;
@@ -108,9 +124,10 @@ typedef struct fourth {
     masks tets[4];
     reals x, y, z, s;
     masks vert;
+    reals slope[4]; /* with light: gradient, and a number that is not used */
 } fourth;
 
-static inline void load_fourth(const tli_cast *cast, const lanes *l, fourth *d)
+static inline void load_fourth(const tli_cast *cast, const lanes *l, fourth *d, bool lit)
 {
     four rows[LANES];
     reals columns[4];
@@ -126,11 +143,14 @@ static inline void load_fourth(const tli_cast *cast, const lanes *l, fourth *d)
     d->y = columns[1] - l->py * w;
     d->z = columns[2];
     d->s = columns[3];
+    if (!lit) return;
+    for (int i = 0; i < LANES; i++) rows[i] = load_four(cast->gradients[(tl_lidx)d->vert[i]]);
+    transpose(rows, d->slope);
 }
 
 /* Moves each lane to the face of its tet by which the ray leaves; lost receives the corner that is
  * not on it. */
-static inline void leave(lanes *l, const fourth *d, masks *lost)
+static inline void leave(lanes *l, const fourth *d, masks *lost, bool lit)
 {
     reals area[3], zero = {0};
     for (int k = 0; k < 3; k++) area[k] = d->x * l->y[k] - l->x[k] * d->y;
@@ -148,22 +168,26 @@ static inline void leave(lanes *l, const fourth *d, masks *lost)
         l->z[k] = pick(out[k], d->z, l->z[k]);
         l->s[k] = pick(out[k], d->s, l->s[k]);
         l->verts[k] = pick_verts(out[k], d->vert, l->verts[k]);
+        for (int c = 0; c < 3 && lit; c++)
+            l->slopes[k][c] = pick(out[k], d->slope[c], l->slopes[k][c]);
     }
 }
 
-/* Depth and value where the lanes leave; a ray along an edge stays where it was. */
-static inline void pass(const lanes *l, reals *depth, reals *value)
+/* Depth, value and gradient where the lanes leave; a ray along an edge stays where it was. */
+static inline void pass(const lanes *l, reals *depth, reals *value, reals slope[3], bool lit)
 {
-    reals zero = {0}, sum = {0}, z = {0}, s = {0};
+    reals zero = {0}, sum = {0}, z = {0}, s = {0}, g[3] = {{0}, {0}, {0}};
     for (int k = 0; k < 3; k++) {
         reals w = pick(l->areas[k] > zero, l->areas[k], zero);
         sum += w;
         z += w * l->z[k];
         s += w * l->s[k];
+        for (int c = 0; c < 3 && lit; c++) g[c] += w * l->slopes[k][c];
     }
     masks usable = sum > zero;
     *depth = pick(usable, z / sum, l->depth);
     *value = pick(usable, s / sum, l->value);
+    for (int c = 0; c < 3 && lit; c++) slope[c] = pick(usable, g[c] / sum, l->slope[c]);
 }
 
 /* Moves the lanes through the faces opposite to the lost corners; resting ones stay in the first
@@ -208,7 +232,9 @@ static void turn(const tli_cast *cast, lanes *l, masks out, masks done, const tl
         }
 }
 
-void TLI_CAST_NAME(const tli_cast *cast, const tli_ray *rays, size_t ray_count)
+/* lit is known when this is compiled. */
+static inline __attribute__((always_inline)) void follow(const tli_cast *cast, const tli_ray *rays,
+                                                         size_t ray_count, bool lit)
 {
     lanes l;
     const tli_ray *next = rays, *end = rays + ray_count;
@@ -217,24 +243,34 @@ void TLI_CAST_NAME(const tli_cast *cast, const tli_ray *rays, size_t ray_count)
     while (any(l.busy)) {
         fourth d;
         masks lost;
-        reals depth, value;
-        load_fourth(cast, &l, &d);
+        reals depth, value, slope[3] = {{0}, {0}, {0}};
+        load_fourth(cast, &l, &d, lit);
         masks gap = unseen(cast, &l, &d);
         if (any(gap)) {
             turn(cast, &l, gap, (masks){0}, &next, end);
             continue;
         }
-        leave(&l, &d, &lost);
-        pass(&l, &depth, &value);
+        leave(&l, &d, &lost, lit);
+        pass(&l, &depth, &value, slope, lit);
         move(cast, &l, &d, lost);
-        see(cast, &l, depth, value);
+        see(cast, &l, depth, value, slope, lit);
         masks farther = depth > l.depth;
         l.stalled = ~farther & (l.stalled + 1);
         l.depth = pick(farther, depth, l.depth);
         l.value = value;
-        masks out = outside(&l), done = l.busy & ((l.depth >= l.end) |
-                                                  (l.light[3] >= spread_lanes(cast->opacity_end)) |
-                                                  (l.stalled > STALLED_MAX));
+        for (int k = 0; k < 3 && lit; k++) l.slope[k] = slope[k];
+        masks out = outside(&l);
+        masks done =
+            l.busy & ((l.depth >= l.end) | (l.light[3] >= spread_lanes(cast->opacity_end)) |
+                      (l.stalled > STALLED_MAX));
         if (any(out | done)) turn(cast, &l, out, done, &next, end);
     }
+}
+
+void TLI_CAST_NAME(const tli_cast *cast, const tli_ray *rays, size_t ray_count)
+{
+    if (cast->gradients)
+        follow(cast, rays, ray_count, true);
+    else
+        follow(cast, rays, ray_count, false);
 }

@@ -38,7 +38,16 @@ typedef struct lanes {
     const tli_ray *rays[LANES]; /* of busy lanes */
     size_t doors[LANES];        /* next door of the ray */
     size_t fragments[LANES];    /* next fragment of the ray */
+    /* with light */
+    reals slopes[3][3]; /* gradients of the corners */
+    reals slope[3];     /* gradient where the face was passed */
+    reals view[3];      /* direction of the ray */
 } lanes;
+
+/* What light does to a piece: factors of extinction and of colour, white that is added. */
+typedef struct shades {
+    reals dim, color, white;
+} shades;
 
 /* ---- vectors ---- */
 
@@ -143,18 +152,24 @@ static inline four slope_at(const tl_transfer *t, float value)
 #define ABSORBED(x)                                                                                \
     ((x) * (1 - (x) * (1.F / 2 - (x) * (1.F / 6 - (x) * (1.F / 24 - (x) * (1.F / 120))))))
 
-/* A layer behind what a lane has seen; change: colour times extinction, extinction. */
-static inline void add_layer(lanes *l, int i, four change, float depth)
+/* A layer behind what a lane has seen; change: colour times extinction, extinction; light may be
+ * NULL. */
+static inline void add_layer(lanes *l, int i, const shades *light, four change, float depth)
 {
     float weight = (1 - l->light[3][i]) * ABSORBED(depth);
-    for (int k = 0; k < 3; k++) l->light[k][i] += change[k] * (weight / change[3]);
+    for (int k = 0; k < 3; k++)
+        if (light) {
+            float lit = change[k] / change[3] * light->color[i] + light->white[i];
+            l->light[k][i] += (lit < 1 ? lit : 1) * weight;
+        } else
+            l->light[k][i] += change[k] * (weight / change[3]);
     l->light[3][i] += weight;
 }
 
 /* A thick piece between two values, in parts that are thin. around: the change of the integrals
  * around equal values, which have none between them. */
-static void add_parts(const tli_cast *cast, lanes *l, int i, float a, float b, four around,
-                      float depth, float length)
+static void add_parts(const tli_cast *cast, lanes *l, int i, const shades *light, float a, float b,
+                      four around, float depth, float length)
 {
     float parts = ceilf(depth / cast->step_depth);
     int count = parts < (float)PARTS_MAX ? (int)parts : PARTS_MAX;
@@ -170,13 +185,15 @@ static void add_parts(const tli_cast *cast, lanes *l, int i, float a, float b, f
         if (fabsf(b - a) <= SAME_VALUE) change = around;
         if (!(part > 0)) continue;
         /* more parts than there may be: what is left of the layer hides all behind it */
-        add_layer(l, i, change[3] != 0 ? change : spread(1), part < 1 ? part : 1);
+        add_layer(l, i, light, change[3] != 0 ? change : spread(1), part < 1 ? part : 1);
     }
 }
 
 /* The piece of a lane's ray between two values. */
-static void add_piece(const tli_cast *cast, lanes *l, int i, float a, float b, float length)
+static void add_piece(const tli_cast *cast, lanes *l, int i, const shades *light, float a, float b,
+                      float length)
 {
+    if (light) length *= light->dim[i];
     four change = difference(sums_at(cast->transfer, b), sums_at(cast->transfer, a));
     float rise = b - a;
     if (fabsf(rise) <= SAME_VALUE) {
@@ -186,9 +203,9 @@ static void add_piece(const tli_cast *cast, lanes *l, int i, float a, float b, f
     float depth = change[3] / rise * length;
     if (!(depth > 0)) return;
     if (depth <= cast->step_depth)
-        add_layer(l, i, change, depth);
+        add_layer(l, i, light, change, depth);
     else
-        add_parts(cast, l, i, a, b, change, depth, length);
+        add_parts(cast, l, i, light, a, b, change, depth, length);
 }
 
 /* Puts the next fragment of a lane's ray behind what it has seen. */
@@ -204,7 +221,8 @@ static void add_fragment(lanes *l, int i)
 
 /* A piece of a lane that is thick, begins behind the camera, or has fragments or the end of the ray
  * in it. */
-static void see_slowly(const tli_cast *cast, lanes *l, int i, float depth, float value)
+static void see_slowly(const tli_cast *cast, lanes *l, int i, const shades *light, float depth,
+                       float value)
 {
     float from = l->depth[i], at = l->value[i], slope = (value - at) / (depth - from);
     if (from < 0) {
@@ -214,19 +232,43 @@ static void see_slowly(const tli_cast *cast, lanes *l, int i, float depth, float
     while (l->end[i] <= depth && l->light[3][i] < cast->opacity_end) {
         float stop = l->end[i], last = at + slope * (stop - from);
         if (stop > from) {
-            add_piece(cast, l, i, at, last, (stop - from) * l->length[i]);
+            add_piece(cast, l, i, light, at, last, (stop - from) * l->length[i]);
             from = stop;
             at = last;
         }
         if (l->fragments[i] == l->rays[i]->fragment_count) return;
         add_fragment(l, i);
     }
-    if (depth > from) add_piece(cast, l, i, at, value, (depth - from) * l->length[i]);
+    if (depth > from) add_piece(cast, l, i, light, at, value, (depth - from) * l->length[i]);
 }
 
-/* What the lanes see up to a depth and a value. */
-static inline void see(const tli_cast *cast, lanes *l, reals depth, reals value)
+/* Light on the pieces of lanes up to a gradient: that of the mean of the gradients of both ends. */
+static void shade(const tli_cast *cast, const lanes *l, const reals slope[3], masks seen,
+                  shades *out)
 {
+    reals n[3], squares = {0}, along = {0};
+    for (int k = 0; k < 3; k++) {
+        n[k] = (l->slope[k] + slope[k]) * 0.5F;
+        squares += n[k] * n[k];
+        along += n[k] * l->view[k];
+    }
+    *out = (shades){{0}, {0}, {0}};
+    for (int i = 0; i < LANES; i++) {
+        if (!seen[i]) continue;
+        float length = sqrtf(squares[i]);
+        float cosine = length > 0 ? fabsf(along[i]) / length : 1;
+        cosine = cosine < 1 ? cosine : 1;
+        out->dim[i] = cast->dims && length < 1 ? length : 1;
+        out->color[i] = cast->ambient + cast->diffuse * cosine;
+        if (cast->specular > 0) out->white[i] = cast->specular * powf(cosine, cast->shininess);
+    }
+}
+
+/* What the lanes see up to a depth and a value; slope: with light, the gradient there. */
+static inline void see(const tli_cast *cast, lanes *l, reals depth, reals value,
+                       const reals slope[3], bool lit)
+{
+    shades light;
     four change[LANES];
     reals c[4], zero = {0}, rise = value - l->value;
     masks seen = l->busy & (depth > l->depth) & (depth > zero);
@@ -242,12 +284,23 @@ static inline void see(const tli_cast *cast, lanes *l, reals depth, reals value)
     }
     transpose(change, c);
     reals layer = c[3] / rise * ((depth - l->depth) * l->length);
+    if (lit) {
+        shade(cast, l, slope, seen & (layer > zero), &light);
+        layer *= light.dim;
+    }
     masks slow = seen & ((l->depth < zero) | (depth >= l->end) | (layer > cast->step_depth));
     if (any(slow))
         for (int i = 0; i < LANES; i++)
-            if (slow[i]) see_slowly(cast, l, i, depth[i], value[i]);
+            if (slow[i]) see_slowly(cast, l, i, lit ? &light : NULL, depth[i], value[i]);
     masks thin = seen & ~slow & (layer > zero);
     reals weight = (1 - l->light[3]) * ABSORBED(layer), by = weight / c[3];
-    for (int k = 0; k < 3; k++) l->light[k] += pick(thin, c[k] * by, zero);
+    for (int k = 0; k < 3; k++) {
+        reals add = c[k] * by;
+        if (lit) {
+            reals tone = c[k] / c[3] * light.color + light.white;
+            add = pick(tone < 1, tone, spread_lanes(1)) * weight;
+        }
+        l->light[k] += pick(thin, add, zero);
+    }
     l->light[3] += pick(thin, weight, zero);
 }

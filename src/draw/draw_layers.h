@@ -87,6 +87,7 @@ double tli_point_die(uint64_t point);
 /* A volume in a view. */
 typedef struct tli_volume_view {
     tli_vert *verts;
+    float (*gradients)[4]; /* of the vertices, where they are asked for */
     tli_doors doors;
     tli_cast cast;
     tli_cast_fn follow;

@@ -2,12 +2,16 @@
  * tiles, rays through the mesh, a tile at a time. */
 #include <math.h>
 
+#include "base/base_vec.h"
 #include "draw/draw_layers.h"
 #include "mesh/mesh.h"
 
 enum { GRAIN = 8192 };
 /* Up to here a layer's absorption is a short sum. */
 static const double STEP_DEPTH_MAX = 0.2;
+/* Gradients are cut off at as many times the unit they are measured in: their squares are numbers.
+ */
+static const double GRADIENT_MAX = 1e15;
 
 /* ---- the mesh made ready ---- */
 
@@ -134,19 +138,58 @@ static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worke
     return TL_OK;
 }
 
+/* Gradients as float32, in lengths of the one from which on opacity is full, or of the longest; 0
+ * for one that is not finite. */
+static void copy_gradients(const tl_volume_opts *opts, size_t vert_count, float (*out)[4])
+{
+    double unit = opts->gradient_opacity;
+    for (size_t v = 0; v < vert_count && !(opts->gradient_opacity > 0); v++)
+        if (vec_is_finite(opts->gradients + 3 * v))
+            for (size_t k = 0; k < 3; k++) unit = fmax(unit, fabs(opts->gradients[3 * v + k]));
+    for (size_t v = 0; v < vert_count; v++)
+        for (size_t k = 0; k < 4; k++) {
+            double g = 0;
+            if (k < 3 && unit > 0 && vec_is_finite(opts->gradients + 3 * v))
+                g = opts->gradients[3 * v + k] / unit;
+            out[v][k] = (float)fmax(-GRADIENT_MAX, fmin(g, GRADIENT_MAX));
+        }
+}
+
+/* What light and gradients add to the view. */
+static tl_status open_light(tl_ctx *ctx, const tli_item *item, const tli_frame *frame,
+                            tli_volume_view *view)
+{
+    tl_status st = TL_OK;
+    const tl_volume_opts *o = &item->volume_opts;
+    tli_cast *cast = &view->cast;
+    if (!o->lit && !(o->gradient_opacity > 0)) return TL_OK;
+    view->gradients = tl_mem_alloc(ctx, item->volume->vert_count, sizeof *view->gradients, &st);
+    if (st) return st;
+    copy_gradients(o, item->volume->vert_count, view->gradients);
+    cast->gradients = (const float(*)[4])view->gradients;
+    cast->dims = o->gradient_opacity > 0;
+    for (int k = 0; k < 3; k++) {
+        cast->axes[0][k] = (float)frame->right[k];
+        cast->axes[1][k] = (float)frame->up[k];
+        cast->axes[2][k] = (float)frame->forward[k];
+    }
+    cast->ambient = o->lit ? (float)o->ambient : 1;
+    cast->diffuse = o->lit ? (float)o->diffuse : 0;
+    cast->specular = o->lit ? (float)o->specular : 0;
+    cast->shininess = (float)o->shininess;
+    return TL_OK;
+}
+
 tl_status tli_volume_view_open(tl_ctx *ctx, const tli_item *item, const tli_frame *frame,
                                const tl_image *image, tli_volume_view *view)
 {
     tl_status st = TL_OK;
     const tl_volume_opts *o = &item->volume_opts;
-    if (o->lit || o->gradient_opacity > 0)
-        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "volumes are not lit");
     *view = (tli_volume_view){.follow = tli_cast_best()};
     view->verts = tl_mem_alloc(ctx, item->volume->vert_count, sizeof *view->verts, &st);
     placing p = {item, frame, view->verts};
     if (!st) st = tli_parallel(ctx, item->volume->vert_count, GRAIN, place_verts, &p);
     const float clear[2] = {(float)item->transfer->clear[0], (float)item->transfer->clear[1]};
-    if (!st) st = tli_doors_open(ctx, item->volume, frame, view->verts, clear, image, &view->doors);
     view->cast = (tli_cast){.cells = item->volume->cells,
                             .verts = view->verts,
                             .transfer = item->transfer,
@@ -156,13 +199,19 @@ tl_status tli_volume_view_open(tl_ctx *ctx, const tli_item *item, const tli_fram
                             .opacity_end = (float)o->opacity_end,
                             .step_depth = (float)o->step_depth,
                             .clear = {clear[0], clear[1]}};
-    if (st) tl_mem_free(ctx, view->verts);
+    if (!st) st = open_light(ctx, item, frame, view);
+    if (!st) st = tli_doors_open(ctx, item->volume, frame, view->verts, clear, image, &view->doors);
+    if (st) {
+        tl_mem_free(ctx, view->gradients);
+        tl_mem_free(ctx, view->verts);
+    }
     return st;
 }
 
 void tli_volume_view_close(tl_ctx *ctx, tli_volume_view *view)
 {
     tli_doors_close(&view->doors);
+    tl_mem_free(ctx, view->gradients);
     tl_mem_free(ctx, view->verts);
 }
 
