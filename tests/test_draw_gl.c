@@ -27,6 +27,7 @@ typedef struct scene {
     const double *scalar; /* of the mesh */
     const tl_volume *volume;
     const tl_transfer *transfer;
+    const tl_volume_opts *volume_opts;
     const tl_polydata *opaque, *translucent, *lines, *points;
     const tl_line_opts *line_opts;
     const tl_point_opts *point_opts;
@@ -74,8 +75,8 @@ static tl_item fill(tl_ctx *ctx, tl_renderer *r, const scene *s)
         CHECK_OK(ctx,
                  tl_renderer_add_slices(ctx, r, s->mesh, s->scalar, &s->level, 1, &look, &slices));
     if (s->volume)
-        CHECK_OK(ctx,
-                 tl_renderer_add_volume(ctx, r, s->volume, s->scalar, s->transfer, NULL, NULL));
+        CHECK_OK(ctx, tl_renderer_add_volume(ctx, r, s->volume, s->scalar, s->transfer,
+                                             s->volume_opts, NULL));
     return slices;
 }
 
@@ -232,6 +233,63 @@ static void volumes_as_by_rays(void **state)
         tl_transfer_destroy(ctx, t);
         close_solid(ctx, &s);
     }
+    check_ctx_destroy(ctx);
+}
+
+static void lit_volumes_as_by_rays(void **state)
+{
+    (void)state;
+    static const char *const names[3] = {"lit", "gradient opacity", "both, a surface inside"};
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    make_mesh m = perturbed(17, true);
+    solid s = open_solid(ctx, &m, hills);
+    tl_transfer *t = colored(ctx, false);
+    double *gradients = malloc(tl_mesh_vert_count(s.mesh) * 3 * sizeof *gradients);
+    static const double center[3] = {0.6, 0.5, 0.4};
+    tl_polydata sphere = make_sphere(40, center, 0.25);
+    if (!gradients) abort();
+    CHECK_OK(ctx, tl_mesh_gradient(ctx, s.mesh, tl_mesh_channel(s.mesh, 0), gradients));
+    for (int kind = 0; kind < 3; kind++) {
+        tl_volume_opts opts = tl_volume_opts_defaults();
+        opts.gradients = gradients;
+        opts.lit = kind != 1;
+        opts.gradient_opacity = kind ? 2.5 : 0;
+        scene drawn = {.mesh = s.mesh,
+                       .scalar = s.scalar,
+                       .volume = s.volume,
+                       .transfer = t,
+                       .volume_opts = &opts,
+                       .opacity = 0.5};
+        drawn.translucent = kind == 2 ? &sphere : NULL;
+        compare(ctx, names[kind], &drawn, ALIKE);
+    }
+    make_triangles_release(&sphere);
+    free(gradients);
+    tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
+    check_ctx_destroy(ctx);
+}
+
+/* Wrong here and there where tets differ in size, which those of a grid hardly do. */
+static void order_by_centroids(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    make_mesh m = perturbed(13, false);
+    solid s = open_solid(ctx, &m, hills);
+    tl_transfer *t = colored(ctx, true);
+    tl_volume_opts opts = tl_volume_opts_defaults();
+    opts.order = TL_ORDER_CENTROIDS;
+    scene drawn = {.mesh = s.mesh,
+                   .scalar = s.scalar,
+                   .volume = s.volume,
+                   .transfer = t,
+                   .volume_opts = &opts};
+    compare(ctx, "order by centroids", &drawn, ALIKE);
+    tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
     check_ctx_destroy(ctx);
 }
 
@@ -565,7 +623,9 @@ static void renderers_side_by_side(void **state)
     tl_polydata sphere = make_sphere(20, CENTER, 0.3);
     tl_camera camera = make_camera(false);
     tl_item item = 0;
+    size_t empty = tl_renderer_card_bytes(r[0]);
     CHECK_OK(ctx, tl_renderer_add_surface(ctx, r[0], &sphere, NULL, &item));
+    CHECK(tl_renderer_card_bytes(r[0]) >= empty + sphere.vert_count * 32);
     for (int frame = 0; frame < 4; frame++) {
         tl_image *image = draw_with(ctx, r[frame & 1], &camera);
         bool shown = image->rgba[4 * (MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2) + 3] == 1;
@@ -573,7 +633,8 @@ static void renderers_side_by_side(void **state)
         tl_image_destroy(ctx, image);
         if (frame == 0) tl_renderer_remove(ctx, r[0], item);
     }
-    /* another size than before */
+    /* what is left is the picture: colours and depths of five, another size than before */
+    CHECK(tl_renderer_card_bytes(r[0]) <= empty + (size_t)5 * 24 * MAKE_SIDE * MAKE_SIDE);
     camera.size_px[0] = 2 * MAKE_SIDE;
     tl_image_destroy(ctx, draw_with(ctx, r[0], &camera));
     make_triangles_release(&sphere);
@@ -652,6 +713,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_processor_where_there_is_no_opengl),
         cmocka_unit_test(volumes_as_by_rays),
+        cmocka_unit_test(lit_volumes_as_by_rays),
+        cmocka_unit_test(order_by_centroids),
         cmocka_unit_test(linear_fields),
         cmocka_unit_test(fog_has_its_depth),
         cmocka_unit_test(slices_have_their_silhouette),

@@ -141,6 +141,9 @@ TL_API tl_status tl_renderer_create(tl_ctx *ctx, tl_renderer_kind kind, tl_rende
 TL_API void tl_renderer_destroy(tl_ctx *ctx, tl_renderer *renderer);
 /* "cpu", "gl: NAME OF THE DEVICE", "null"; lives as long as the renderer. */
 TL_API const char *tl_renderer_name(const tl_renderer *renderer);
+/* Bytes that it holds in a graphics card, beside the memory of the context; those of pictures from
+ * the first one on. */
+TL_API size_t tl_renderer_card_bytes(const tl_renderer *renderer);
 
 /* How a thing looks. Light comes from the camera to both sides of a surface: with c the cosine of
  * the angle between normal and view, a colour is color * (ambient + diffuse * c) + specular *

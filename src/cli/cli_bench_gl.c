@@ -22,6 +22,7 @@ typedef struct gl_row {
     char name[200]; /* of the renderer */
     size_t tet_count, triangle_count;
     bench_times frames[WAY_COUNT];
+    size_t card_bytes[WAY_COUNT]; /* in the card, the picture included */
     double decibels[WAY_COUNT];
 } gl_row;
 
@@ -123,6 +124,7 @@ static tl_status measure_way(tl_ctx *ctx, const gl_scene *scene, size_t runs, in
         st = draw_frame(ctx, gl, scene, run, &drawn);
         row->frames[way].seconds[row->frames[way].count++] = cli_now() - start;
     }
+    if (!st) row->card_bytes[way] = tl_renderer_card_bytes(gl);
     tl_image_destroy(ctx, drawn);
     tl_image_destroy(ctx, expected);
     tl_renderer_destroy(ctx, gl);
@@ -162,6 +164,7 @@ static void add_json(bench_state *state, const bench_data *data, const gl_row *r
         cli_json_real(one, "seconds", bench_median(&row->frames[way]));
         cli_json_real(one, "seconds_least", bench_least(&row->frames[way]));
         cli_json_real(one, "decibels", row->decibels[way]);
+        cli_json_count(one, "card_bytes", row->card_bytes[way]);
     }
 }
 

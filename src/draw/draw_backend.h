@@ -32,6 +32,13 @@ typedef struct tli_item {
     void *own; /* of the back end, from add to remove */
 } tli_item;
 
+/* The vertices [vert_count] of a volume in a view: draw_place.c. */
+tl_status tli_volume_place(tl_ctx *ctx, const tli_item *item, const tli_frame *frame,
+                           tli_vert *verts);
+/* out [vert_count]: gradients in lengths of the one from which on opacity is full, or of the
+ * longest; 0 for one that is not finite, and in the fourth place. */
+void tli_volume_gradients(const tl_volume_opts *opts, size_t vert_count, float (*out)[4]);
+
 /* state is what open gave. */
 typedef struct tli_backend {
     /* Gives *state. TL_ERR_UNSUPPORTED where the back end can't work. */
@@ -40,6 +47,8 @@ typedef struct tli_backend {
     const char *(*name)(const void *state);
     /* True if it is faster than the processor. */
     bool (*is_fast)(const void *state);
+    /* Bytes in a graphics card; NULL: none. */
+    size_t (*card_bytes)(const void *state);
     /* Makes item->own, or fails and leaves nothing behind. */
     tl_status (*add)(tl_ctx *ctx, void *state, tli_item *item);
     /* The values of slices are others; a failure leaves what was there before. */

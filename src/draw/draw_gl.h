@@ -120,11 +120,11 @@ void tli_gl_projector_close(tli_gl *gl, tli_gl_projector *projector);
 typedef struct tli_gl_volume {
     tli_gl_table tets;         /* stay */
     tli_gl_table sums, bases;  /* of the transfer function; stay */
+    tli_gl_table gradients;    /* with light; stay */
     tli_gl_table verts, order; /* of a view */
     size_t tet_count;          /* in order */
 } tli_gl_volume;
-tl_status tli_gl_volume_add(tl_ctx *ctx, tli_gl *gl, const tl_volume *volume,
-                            const tl_transfer *transfer, tli_gl_volume *added);
+tl_status tli_gl_volume_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_volume *added);
 void tli_gl_volume_remove(tli_gl *gl, tli_gl_volume *volume);
 
 /* Places the vertices and orders the tets of a volume for a view. */

@@ -99,26 +99,22 @@ static bool gl_is_fast(const void *state)
     return !((const gl_state *)state)->gl->software;
 }
 
-/* ---- things ---- */
-
-static tl_status check_item(tl_ctx *ctx, const tli_item *item)
+static size_t gl_card_bytes(const void *state)
 {
-    if (item->kind == TLI_ITEM_VOLUME &&
-        (item->volume_opts.lit || item->volume_opts.gradient_opacity > 0))
-        return tl_fail(ctx, TL_ERR_UNSUPPORTED, "OpenGL does not light volumes");
-
-    return TL_OK;
+    return ((const gl_state *)state)->gl->bytes;
 }
+
+/* ---- things ---- */
 
 static tl_status gl_add(tl_ctx *ctx, void *state, tli_item *item)
 {
     gl_state *s = state;
-    tl_status st = check_item(ctx, item);
+    tl_status st = TL_OK;
     gl_item *own = tl_mem_zalloc(ctx, 1, sizeof *own, &st);
     if (!st) st = tli_gl_begin(ctx, s->gl);
     if (!st) {
         if (item->kind == TLI_ITEM_VOLUME)
-            st = tli_gl_volume_add(ctx, s->gl, item->volume, item->transfer, &own->volume);
+            st = tli_gl_volume_add(ctx, s->gl, item, &own->volume);
         else
             st = tli_gl_thing_add(ctx, s->gl, item, &own->thing);
         st = tli_gl_end(ctx, s->gl, st);
@@ -378,7 +374,8 @@ static tl_status gl_draw(tl_ctx *ctx, void *state, tli_item *const *items, size_
 #define GL_BACKEND(opener)                                                                         \
     {                                                                                              \
         .open = (opener), .close = gl_close, .name = gl_name, .is_fast = gl_is_fast,               \
-        .add = gl_add, .change = gl_change, .remove = gl_remove, .draw = gl_draw                   \
+        .card_bytes = gl_card_bytes, .add = gl_add, .change = gl_change, .remove = gl_remove,      \
+        .draw = gl_draw                                                                            \
     }
 const tli_backend tli_backend_gl = GL_BACKEND(gl_open);
 const tli_backend tli_backend_gl_current = GL_BACKEND(gl_open_current);

@@ -11,7 +11,6 @@
 
 /* Tets of a call, whose indices are the same for each. */
 enum { BATCH = 1 << 16, TET_INDICES = 12 };
-enum { GRAIN = 8192 };
 
 static tl_status make_corners(tl_ctx *ctx, tli_gl *gl, GLuint *buffer)
 {
@@ -47,18 +46,36 @@ void tli_gl_projector_close(tli_gl *gl, tli_gl_projector *projector)
     *projector = (tli_gl_projector){0};
 }
 
-tl_status tli_gl_volume_add(tl_ctx *ctx, tli_gl *gl, const tl_volume *volume,
-                            const tl_transfer *transfer, tli_gl_volume *added)
+static bool has_light(const tl_volume_opts *opts)
 {
+    return opts->lit || opts->gradient_opacity > 0;
+}
+
+static tl_status add_gradients(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_volume *added)
+{
+    tl_status st = TL_OK;
+    size_t count = has_light(&item->volume_opts) ? item->volume->vert_count : 1;
+    float(*gradients)[4] = tl_mem_zalloc(ctx, count, sizeof *gradients, &st);
+    if (!st && has_light(&item->volume_opts))
+        tli_volume_gradients(&item->volume_opts, count, gradients);
+    if (!st) st = tli_gl_table_fill(ctx, gl, &added->gradients, GL_RGBA32F, gradients, count);
+    tl_mem_free(ctx, gradients);
+    return st;
+}
+
+tl_status tli_gl_volume_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_volume *added)
+{
+    const tl_transfer *t = item->transfer;
     *added = (tli_gl_volume){0};
-    tl_status st = tli_gl_table_fill(ctx, gl, &added->tets, GL_RGBA32UI, volume->mesh->tets,
-                                     volume->cell_count);
+    tl_status st = tli_gl_table_fill(ctx, gl, &added->tets, GL_RGBA32UI, item->volume->mesh->tets,
+                                     item->volume->cell_count);
     if (!st)
-        st = tli_gl_table_fill(ctx, gl, &added->sums, GL_RGBA32F, transfer->sums,
-                               sizeof transfer->sums / sizeof *transfer->sums);
+        st = tli_gl_table_fill(ctx, gl, &added->sums, GL_RGBA32F, t->sums,
+                               sizeof t->sums / sizeof *t->sums);
     if (!st)
-        st = tli_gl_table_fill(ctx, gl, &added->bases, GL_RGBA32F, transfer->bases,
-                               sizeof transfer->bases / sizeof *transfer->bases);
+        st = tli_gl_table_fill(ctx, gl, &added->bases, GL_RGBA32F, t->bases,
+                               sizeof t->bases / sizeof *t->bases);
+    if (!st) st = add_gradients(ctx, gl, item, added);
     if (st) tli_gl_volume_remove(gl, added);
     return st;
 }
@@ -68,6 +85,7 @@ void tli_gl_volume_remove(tli_gl *gl, tli_gl_volume *volume)
     tli_gl_table_free(gl, &volume->tets);
     tli_gl_table_free(gl, &volume->sums);
     tli_gl_table_free(gl, &volume->bases);
+    tli_gl_table_free(gl, &volume->gradients);
     tli_gl_table_free(gl, &volume->verts);
     tli_gl_table_free(gl, &volume->order);
     *volume = (tli_gl_volume){0};
@@ -75,49 +93,44 @@ void tli_gl_volume_remove(tli_gl *gl, tli_gl_volume *volume)
 
 /* ---- a view ---- */
 
-typedef struct placing {
-    const tli_item *item;
-    const tli_frame *frame;
-    tli_vert *verts;
-} placing;
-
-static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worker)
-{
-    (void)worker;
-    const placing *p = arg;
-    const tl_transfer *t = p->item->transfer;
-    for (size_t v = begin; v < end; v++) {
-        double at[3];
-        tli_frame_place(p->frame, p->item->volume->mesh->xyz + 3 * v, at);
-        p->verts[v] = (tli_vert){(float)at[0], (float)at[1], (float)at[2],
-                                 (float)((p->item->scalar[v] - t->low) * t->per_value)};
-    }
-    return TL_OK;
-}
-
 tl_status tli_gl_volume_place(tl_ctx *ctx, tli_gl *gl, const tli_gl_view *view,
                               const tli_item *item, tli_gl_volume *volume)
 {
     tl_status st = TL_OK;
     size_t vert_count = item->volume->vert_count;
-    placing p = {.item = item, .frame = view->frame};
     tli_order order = {0};
-    p.verts = tl_mem_alloc(ctx, vert_count, sizeof *p.verts, &st);
-    if (!st) st = tli_parallel(ctx, vert_count, GRAIN, place_verts, &p);
+    tli_vert *verts = tl_mem_alloc(ctx, vert_count, sizeof *verts, &st);
+    if (!st) st = tli_volume_place(ctx, item, view->frame, verts);
     tli_order_view seen = {item->volume, item->transfer, view->frame,
-                           p.verts,      view->width,    view->height};
+                           verts,        view->width,    view->height};
     if (!st)
         st = item->volume_opts.order == TL_ORDER_EXACT ? tli_order_exact(ctx, &seen, &order)
                                                        : tli_order_centroids(ctx, &seen, &order);
-    if (!st) st = tli_gl_table_fill(ctx, gl, &volume->verts, GL_RGBA32F, p.verts, vert_count);
+    if (!st) st = tli_gl_table_fill(ctx, gl, &volume->verts, GL_RGBA32F, verts, vert_count);
     if (!st) st = tli_gl_table_fill(ctx, gl, &volume->order, GL_R32UI, order.tets, order.count);
     volume->tet_count = order.count;
     if (order.broken)
         tl_log(ctx, TL_LOG_DEBUG, "%zu of %zu tets are out of order: they hide each other in rings",
                order.broken, order.count);
     tl_mem_free(ctx, order.tets);
-    tl_mem_free(ctx, p.verts);
+    tl_mem_free(ctx, verts);
     return st;
+}
+
+static void set_light(GLuint program, const tl_volume_opts *o, const tli_frame *frame)
+{
+    float axes[9];
+    for (int k = 0; k < 3; k++) {
+        axes[k] = (float)frame->right[k];
+        axes[3 + k] = (float)frame->up[k];
+        axes[6 + k] = (float)frame->forward[k];
+    }
+    tli_gl_set_int(program, "has_light", has_light(o));
+    tli_gl_set_int(program, "dims", o->gradient_opacity > 0);
+    glUniformMatrix3fv(glGetUniformLocation(program, "axes"), 1, GL_FALSE, axes);
+    glUniform4f(glGetUniformLocation(program, "light"), o->lit ? (float)o->ambient : 1,
+                o->lit ? (float)o->diffuse : 0, o->lit ? (float)o->specular : 0,
+                (float)o->shininess);
 }
 
 void tli_gl_volume_draw(const tli_gl_projector *projector, const tli_gl_view *view,
@@ -125,9 +138,9 @@ void tli_gl_volume_draw(const tli_gl_projector *projector, const tli_gl_view *vi
                         const tli_gl_target *target, GLuint near_depth, GLuint far_depth)
 {
     GLuint program = projector->program;
-    const tli_gl_table *const tables[] = {&volume->order, &volume->tets, &volume->verts,
-                                          &volume->sums, &volume->bases};
-    static const char *const names[] = {"order", "tets", "verts", "sums", "bases"};
+    const tli_gl_table *const tables[] = {&volume->order, &volume->tets,  &volume->verts,
+                                          &volume->sums,  &volume->bases, &volume->gradients};
+    static const char *const names[] = {"order", "tets", "verts", "sums", "bases", "gradients"};
     GLuint unit = 0;
     glUseProgram(program);
     for (; unit < sizeof names / sizeof *names; unit++)
@@ -137,6 +150,7 @@ void tli_gl_volume_draw(const tli_gl_projector *projector, const tli_gl_view *vi
     tli_gl_set_view(program, view);
     tli_gl_set_float(program, "step_depth", item->volume_opts.step_depth);
     tli_gl_set_float(program, "opacity_end", item->volume_opts.opacity_end);
+    set_light(program, &item->volume_opts, view->frame);
 
     tli_gl_target_use(target);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, projector->corners);

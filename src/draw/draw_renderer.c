@@ -89,6 +89,12 @@ const char *tl_renderer_name(const tl_renderer *renderer)
     return renderer->backend->name(renderer->state);
 }
 
+size_t tl_renderer_card_bytes(const tl_renderer *renderer)
+{
+    const tli_backend *b = renderer->backend;
+    return b->card_bytes ? b->card_bytes(renderer->state) : 0;
+}
+
 /* ---- looks and options ---- */
 
 tl_look tl_look_defaults(void)

@@ -6,9 +6,14 @@
 uniform sampler2D near_depth, far_depth; /* the slab of depth that is drawn */
 uniform sampler2D sums, bases;           /* of the transfer function */
 uniform float step_depth, opacity_end;
+uniform bool has_light, dims; /* light or gradient opacity; the latter */
+uniform sampler2D gradients;  /* of vertices, in lengths from which on opacity is full */
+uniform mat3 axes;            /* right, up, forward in axes of the mesh */
+uniform vec4 light;           /* ambient, diffuse, specular, shininess */
 
 in vec4 part;
 flat in vec4 rate, depths, values;
+flat in uvec4 ids;
 out vec4 color;
 
 const int STEPS = 4096;
@@ -37,10 +42,18 @@ float absorbed(float x)
     return x * (1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0)))));
 }
 
-void add_layer(inout vec4 light, vec4 change, float depth)
+/* What light does to the colours of the piece: a factor, white that is added. */
+float tone = 1.0, white = 0.0;
+
+vec3 lit(vec3 color)
 {
-    float weight = (1.0 - light.a) * absorbed(depth);
-    light += vec4(change.rgb * (weight / change.a), weight);
+    return has_light ? min(color * tone + white, 1.0) : color;
+}
+
+void add_layer(inout vec4 seen, vec4 change, float depth)
+{
+    float weight = (1.0 - seen.a) * absorbed(depth);
+    seen += vec4(lit(change.rgb / change.a) * weight, weight);
 }
 
 /* Colour times extinction, and extinction, of values around one. */
@@ -52,17 +65,17 @@ vec4 mean_at(float value)
 /* A thick piece between two values, in parts that are thin. */
 vec4 in_parts(float a, float b, float depth, float len)
 {
-    vec4 light = vec4(0.0);
+        vec4 seen = vec4(0.0);
     float count = min(ceil(depth / step_depth), PARTS_MAX);
     integrals before = sums_at(a);
-    for (float i = 1.0; i <= count && light.a < opacity_end; i += 1.0) {
+    for (float i = 1.0; i <= count && seen.a < opacity_end; i += 1.0) {
         integrals now = sums_at(i == count ? b : a + (b - a) * (i / count));
         vec4 change = difference(now, before);
         float thick = change.a / (b - a) * len;
         before = now;
-        if (thick > 0.0) add_layer(light, change, min(thick, 1.0));
+        if (thick > 0.0) add_layer(seen, change, min(thick, 1.0));
     }
-    return light;
+    return seen;
 }
 
 vec4 piece(float a, float b, float len)
@@ -71,11 +84,25 @@ vec4 piece(float a, float b, float len)
     bool same = abs(rise) <= SAME_VALUE;
     vec4 change = same ? mean_at(b) : difference(sums_at(b), sums_at(a));
     float depth = change.a / (same ? 1.0 : rise) * len;
-    vec4 light = vec4(0.0);
-    if (!(depth > 0.0)) return light;
+        if (!(depth > 0.0)) return vec4(0.0);
     if (depth > step_depth && !same) return in_parts(a, b, depth, len);
     float weight = depth > step_depth ? 1.0 - exp(-depth) : absorbed(depth);
-    return vec4(change.rgb * (weight / change.a), weight);
+    return vec4(lit(change.rgb / change.a) * weight, weight);
+}
+
+/* Light by the mean of the gradients where the ray comes in and leaves; both [4] weights of the
+ * corners. Returns the factor of extinction. */
+float shade(vec4 enter, vec4 leave)
+{
+    vec4 share = (enter + leave) / 2.0;
+    vec3 n = vec3(0.0);
+    for (int i = 0; i < 4; i++) n += share[i] * texelFetch(gradients, place(int(ids[i])), 0).xyz;
+    vec2 at = parallel ? vec2(0.0) : (gl_FragCoord.xy - pixel_middle) / scale;
+    float len = length(n), cosine = 1.0;
+    if (len > 0.0) cosine = min(abs(dot(n, normalize(axes * vec3(at, 1.0)))) / len, 1.0);
+    tone = light.x + light.y * cosine;
+    if (light.z > 0.0) white = light.z * pow(cosine, light.w);
+    return dims ? min(len, 1.0) : 1.0;
 }
 
 void main()
@@ -108,5 +135,6 @@ void main()
     }
     vec2 at = (gl_FragCoord.xy - pixel_middle) / scale;
     float len = (z1 - z0) * unit * (parallel ? 1.0 : sqrt(1.0 + dot(at, at)));
+    if (has_light) len *= shade(enter, leave);
     color = piece(s0, s1, len);
 }

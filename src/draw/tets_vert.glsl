@@ -8,12 +8,13 @@ uniform int first;       /* of the order */
 out vec4 part;         /* barycentric: 1 of its own corner */
 flat out vec4 rate;    /* of each part by depth; perspective: parts of the camera's place */
 flat out vec4 depths, values; /* of the corners */
+flat out uvec4 ids;
 
 void main()
 {
     int corner = gl_VertexID & 3;
     int tet = int(texelFetch(order, place(first + (gl_VertexID >> 2)), 0).r);
-    uvec4 ids = texelFetch(tets, place(tet), 0);
+    ids = texelFetch(tets, place(tet), 0);
     vec4 a = texelFetch(verts, place(int(ids.x)), 0), b = texelFetch(verts, place(int(ids.y)), 0);
     vec4 c = texelFetch(verts, place(int(ids.z)), 0), d = texelFetch(verts, place(int(ids.w)), 0);
     vec4 own = corner == 0 ? a : corner == 1 ? b : corner == 2 ? c : d;
