@@ -2,16 +2,12 @@
  * tiles, rays through the mesh, a tile at a time. */
 #include <math.h>
 
-#include "base/base_vec.h"
 #include "draw/draw_layers.h"
 #include "mesh/mesh.h"
 
 enum { GRAIN = 8192 };
 /* Up to here a layer's absorption is a short sum. */
 static const double STEP_DEPTH_MAX = 0.2;
-/* Gradients are cut off at as many times the unit they are measured in: their squares are numbers.
- */
-static const double GRADIENT_MAX = 1e15;
 
 /* ---- the mesh made ready ---- */
 
@@ -118,43 +114,6 @@ tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volu
 
 /* ---- a view ---- */
 
-typedef struct placing {
-    const tli_item *item;
-    const tli_frame *frame;
-    tli_vert *verts;
-} placing;
-
-static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worker)
-{
-    const placing *p = arg;
-    const tl_transfer *t = p->item->transfer;
-    (void)worker;
-    for (size_t v = begin; v < end; v++) {
-        double at[3];
-        tli_frame_place(p->frame, p->item->volume->mesh->xyz + 3 * v, at);
-        double steps = (p->item->scalar[v] - t->low) * t->per_value;
-        p->verts[v] = (tli_vert){(float)at[0], (float)at[1], (float)at[2], (float)steps};
-    }
-    return TL_OK;
-}
-
-/* Gradients as float32, in lengths of the one from which on opacity is full, or of the longest; 0
- * for one that is not finite. */
-static void copy_gradients(const tl_volume_opts *opts, size_t vert_count, float (*out)[4])
-{
-    double unit = opts->gradient_opacity;
-    for (size_t v = 0; v < vert_count && !(opts->gradient_opacity > 0); v++)
-        if (vec_is_finite(opts->gradients + 3 * v))
-            for (size_t k = 0; k < 3; k++) unit = fmax(unit, fabs(opts->gradients[3 * v + k]));
-    for (size_t v = 0; v < vert_count; v++)
-        for (size_t k = 0; k < 4; k++) {
-            double g = 0;
-            if (k < 3 && unit > 0 && vec_is_finite(opts->gradients + 3 * v))
-                g = opts->gradients[3 * v + k] / unit;
-            out[v][k] = (float)fmax(-GRADIENT_MAX, fmin(g, GRADIENT_MAX));
-        }
-}
-
 /* What light and gradients add to the view. */
 static tl_status open_light(tl_ctx *ctx, const tli_item *item, const tli_frame *frame,
                             tli_volume_view *view)
@@ -165,7 +124,7 @@ static tl_status open_light(tl_ctx *ctx, const tli_item *item, const tli_frame *
     if (!o->lit && !(o->gradient_opacity > 0)) return TL_OK;
     view->gradients = tl_mem_alloc(ctx, item->volume->vert_count, sizeof *view->gradients, &st);
     if (st) return st;
-    copy_gradients(o, item->volume->vert_count, view->gradients);
+    tli_volume_gradients(o, item->volume->vert_count, view->gradients);
     cast->gradients = (const float(*)[4])view->gradients;
     cast->dims = o->gradient_opacity > 0;
     for (int k = 0; k < 3; k++) {
@@ -187,8 +146,7 @@ tl_status tli_volume_view_open(tl_ctx *ctx, const tli_item *item, const tli_fram
     const tl_volume_opts *o = &item->volume_opts;
     *view = (tli_volume_view){.follow = tli_cast_best()};
     view->verts = tl_mem_alloc(ctx, item->volume->vert_count, sizeof *view->verts, &st);
-    placing p = {item, frame, view->verts};
-    if (!st) st = tli_parallel(ctx, item->volume->vert_count, GRAIN, place_verts, &p);
+    if (!st) st = tli_volume_place(ctx, item, frame, view->verts);
     const float clear[2] = {(float)item->transfer->clear[0], (float)item->transfer->clear[1]};
     view->cast = (tli_cast){.cells = item->volume->cells,
                             .verts = view->verts,

@@ -2,7 +2,7 @@
  * where the first of the other parts is used up: there it came in. All is a mean of the corners'
  * numbers with weights that are not negative, so that flat tets do no harm. Between the two places
  * the value is linear, and colour and extinction are differences of the transfer function's
- * integrals, as in draw_cast.inc.h: both are to be changed together. */
+ * integrals, as in draw_cast_light.inc.h: both are to be changed together. */
 uniform sampler2D near_depth, far_depth; /* the slab of depth that is drawn */
 uniform sampler2D sums, bases;           /* of the transfer function */
 uniform float step_depth, opacity_end;
