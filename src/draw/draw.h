@@ -48,6 +48,14 @@ typedef struct tli_cell {
     tl_lidx verts[4], behind[4];
 } tli_cell;
 
+/* A tet that names a vertex twice has no faces. */
+static inline bool tli_cell_is_flat(const tli_cell *cell)
+{
+    const tl_lidx *q = cell->verts;
+    return q[0] == q[1] || q[0] == q[2] || q[0] == q[3] || q[1] == q[2] || q[1] == q[3] ||
+           q[2] == q[3];
+}
+
 struct tl_volume {
     const tl_mesh *mesh;
     tli_cell *cells;

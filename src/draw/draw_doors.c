@@ -15,14 +15,6 @@ typedef struct span {
 
 enum { GRAIN = 8192 }; /* tets */
 
-/* A tet that names a vertex twice has no faces. */
-static bool is_flat(const tli_cell *cell)
-{
-    const tl_lidx *q = cell->verts;
-    return q[0] == q[1] || q[0] == q[2] || q[0] == q[3] || q[1] == q[2] || q[1] == q[3] ||
-           q[2] == q[3];
-}
-
 static void corners(const tli_doors *t, tl_lidx door, const tli_vert *out[3])
 {
     const tli_cell *cell = &t->volume->cells[door / 4];
@@ -143,7 +135,7 @@ static tl_status list_pieces(void *arg, size_t begin, size_t end, unsigned worke
     size_t count = s->faces ? s->starts[begin / GRAIN] : 0;
     (void)worker;
     for (size_t t = begin; t < end; t++) {
-        if (!is_seen(s, &cells[t]) || is_flat(&cells[t])) continue;
+        if (!is_seen(s, &cells[t]) || tli_cell_is_flat(&cells[t])) continue;
         for (size_t i = 0; i < 4; i++) {
             tl_lidx other = cells[t].behind[i];
             if (other != TL_NONE && is_seen(s, &cells[other / 4])) continue;

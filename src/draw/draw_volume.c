@@ -33,10 +33,8 @@ static void list_doors(tl_volume *v, tl_lidx *doors)
 {
     size_t count = 0;
     for (size_t t = 0; t < v->cell_count; t++) {
-        const tl_lidx *q = v->cells[t].verts;
-        bool flat = q[0] == q[1] || q[0] == q[2] || q[0] == q[3] || q[1] == q[2] || q[1] == q[3] ||
-                    q[2] == q[3];
-        for (size_t i = 0; i < 4 && !flat; i++)
+        if (tli_cell_is_flat(&v->cells[t])) continue;
+        for (size_t i = 0; i < 4; i++)
             if (v->cells[t].behind[i] == TL_NONE) {
                 if (doors) doors[count] = (tl_lidx)(4 * t + i);
                 count++;
