@@ -85,6 +85,8 @@ static void impossible_seeds_are_refused(void **state)
     CHECK_STATUS(tl_seeds_plane(ctx, away, up, CUBE, 9, &p), TL_ERR_ARG);
     CHECK_STATUS(tl_seeds_plane(ctx, x, up, CUBE, 0, &p), TL_ERR_ARG);
     CHECK_STATUS(tl_seeds_plane(ctx, x, up, CUBE, SIZE_MAX, &p), TL_ERR_ARG);
+    const double strip[6] = {0, 1, 0, 2e-2, 0, 1};
+    CHECK_STATUS(tl_seeds_plane(ctx, x, up, strip, 16000000, &p), TL_ERR_ARG);
     CHECK_OK(ctx, tl_seeds_line(ctx, x, x, 1, &one));
     CHECK_STATUS(tl_seeds_around(ctx, one, 0, 5, &p), TL_ERR_ARG);
     CHECK_STATUS(tl_seeds_around(ctx, one, 1, SIZE_MAX, &p), TL_ERR_ARG);
@@ -265,6 +267,10 @@ static void lines_cover_every_cell(void **state)
     CHECK_EQ(count, brute);
     CHECK(count > 0 && count < lines->cell_count);
     check_picked(ctx, lines, selected, count);
+    tl_polydata_destroy(ctx, lines);
+    const double speck[6] = {0.5, 0.5 + 1e-9, 0.5, 0.5 + 1e-9, 0.5, 0.5 + 1e-9};
+    CHECK_OK(ctx, tl_streamlines_cover(ctx, mesh, NULL, NULL, v, speck, 8, NULL, &lines, NULL));
+    CHECK(lines->cell_count >= 64 / 2); /* about one for each cell across the flow */
     tl_polydata_destroy(ctx, lines);
     const double flat[6] = {0, 0, 0, 0, 0, 0};
     CHECK_STATUS(tl_streamlines_cover(ctx, mesh, NULL, NULL, v, flat, 5, NULL, &lines, NULL),

@@ -147,8 +147,9 @@ static size_t fill_plane(const lattice *l, const double bounds[6], size_t side, 
     return count;
 }
 
-/* Squares along a side of the lattice by which the area in the box is measured. */
-enum { PROBE_SIDE = 256 };
+/* Squares along a side of the lattice: of the one by which the area in the box is measured, and at
+ * most. */
+enum { PROBE_SIDE = 256, SIDE_MAX = 8192 };
 
 tl_status tl_seeds_plane(tl_ctx *ctx, const double origin[3], const double normal[3],
                          const double bounds[6], size_t count, tl_polydata **seeds)
@@ -170,6 +171,9 @@ tl_status tl_seeds_plane(tl_ctx *ctx, const double origin[3], const double norma
     if (!(inside > 0)) return tl_fail(ctx, TL_ERR_ARG, "the plane of seeds does not meet the mesh");
     if (count > SEEDS_MAX) return make_points(ctx, count, seeds);
     size_t side = (size_t)ceil(sqrt((double)count / inside));
+    if (side > SIDE_MAX)
+        return tl_fail(ctx, TL_ERR_ARG, "%zu seeds are too many for what the plane has in the box",
+                       count);
     size_t all = side ? fill_plane(&l, bounds, side, NULL) : count;
     st = make_points(ctx, all, seeds);
     if (!st) fill_plane(&l, bounds, side, *seeds);

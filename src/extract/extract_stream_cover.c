@@ -83,23 +83,48 @@ static void mark_cell(cover *c, const double at[3])
     c->covered[cell] = 1;
 }
 
+/* Cuts a step, in cells, to what lies in the grid; false: nothing. */
+static bool cut_step(const cover *c, double from[3], double to[3])
+{
+    double first = 0, last = 1, way[3];
+    for (int k = 0; k < 3; k++) {
+        double low = -from[k], high = (double)c->counts[k] - from[k];
+        way[k] = to[k] - from[k];
+        if (way[k] == 0) {
+            if (low > 0 || high < 0) return false;
+            continue;
+        }
+        first = fmax(first, (way[k] > 0 ? low : high) / way[k]);
+        last = fmin(last, (way[k] > 0 ? high : low) / way[k]);
+    }
+    for (int k = 0; k < 3; k++) {
+        to[k] = last < 1 ? from[k] + last * way[k] : to[k];
+        from[k] += first * way[k];
+    }
+    return first <= last;
+}
+
 /* Marks the cells that a step runs through, from wall to wall. */
 static void mark_step(cover *c, const double a[3], const double b[3])
 {
-    double at[3], next[3], apart[3], walls = 0;
+    double from[3], to[3], at[3], next[3], apart[3], walls = 0;
     for (int k = 0; k < 3; k++) {
-        double from = (a[k] - c->low[k]) / c->edge, to = (b[k] - c->low[k]) / c->edge;
-        at[k] = floor(from);
-        walls += fabs(floor(to) - at[k]);
-        apart[k] = to > from ? 1 / (to - from) : to < from ? 1 / (from - to) : INFINITY;
-        double wall = to > from ? at[k] + 1 - from : from - at[k];
-        next[k] = to == from ? INFINITY : wall * apart[k];
+        from[k] = (a[k] - c->low[k]) / c->edge;
+        to[k] = (b[k] - c->low[k]) / c->edge;
+    }
+    if (!cut_step(c, from, to)) return;
+    for (int k = 0; k < 3; k++) {
+        double way = to[k] - from[k], ahead = way > 0 ? 1 : 0;
+        at[k] = floor(from[k]);
+        walls += fabs(floor(to[k]) - at[k]);
+        apart[k] = way == 0 ? INFINITY : 1 / fabs(way);
+        next[k] = way == 0 ? INFINITY : fabs(at[k] + ahead - from[k]) * apart[k];
     }
     mark_cell(c, at);
     for (; walls > 0; walls--) {
         int k = next[0] <= next[1] ? 0 : 1;
         k = next[2] < next[k] ? 2 : k;
-        at[k] += b[k] > a[k] ? 1 : -1;
+        at[k] += to[k] > from[k] ? 1 : -1;
         next[k] += apart[k];
         mark_cell(c, at);
     }
