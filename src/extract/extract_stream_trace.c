@@ -315,7 +315,7 @@ static tl_status trace_one(const tli_stream_job *job, const walker *seed, double
             *end = ends_here(job, &w, x, v);
         if (*end != TL_STREAM_END_VALUE && w.steps > steps) st = push_row(job, &w, line);
     }
-    line->ends[*end] += !st;
+    if (!st) line->ends[*end]++;
     line->steps += w.steps;
     return st;
 }
