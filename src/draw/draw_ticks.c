@@ -22,7 +22,7 @@ static double shift(double value, int exponent)
 
 static int magnitude(double value)
 {
-    return value > 0 ? (int)floor(log10(value) + NEARLY_ZERO) : 0;
+    return value > 0 && isfinite(value) ? (int)floor(log10(value) + NEARLY_ZERO) : 0;
 }
 
 /* The least round step that is not below raw. */
