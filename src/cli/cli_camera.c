@@ -106,7 +106,7 @@ static int fill_checked(tl_ctx *ctx, const char *path, const json_t *object, tl_
 int cli_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera)
 {
     json_t *root;
-    int exit_status = cli_json_read(ctx, path, &root);
+    int exit_status = cli_json_read(ctx, path, false, &root);
     if (exit_status) return exit_status;
     exit_status = fill_checked(ctx, path, root, camera);
     json_decref(root);
@@ -119,7 +119,7 @@ int cli_cameras_read(tl_ctx *ctx, const char *path, tl_camera **cameras, size_t 
     tl_status st = TL_OK;
     *cameras = NULL;
     *count = 0;
-    int exit_status = cli_json_read(ctx, path, &root);
+    int exit_status = cli_json_read(ctx, path, false, &root);
     if (exit_status) return exit_status;
     const json_t *list = json_is_object(root) ? find(root, "cameras") : root;
     const size_t wanted = json_is_array(list) ? json_array_size(list) : 1;

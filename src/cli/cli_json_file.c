@@ -1,4 +1,4 @@
-/* JSON files as other programs write them: with commas before closing brackets, too. */
+/* JSON files, also as ParaView writes them: with commas before closing brackets. */
 #include <errno.h>
 #include <string.h>
 
@@ -58,7 +58,7 @@ static void drop_trailing_commas(char *text, size_t length)
     }
 }
 
-int cli_json_read(tl_ctx *ctx, const char *path, json_t **root)
+int cli_json_read(tl_ctx *ctx, const char *path, bool commas, json_t **root)
 {
     json_error_t error;
     char *text = NULL;
@@ -66,7 +66,7 @@ int cli_json_read(tl_ctx *ctx, const char *path, json_t **root)
     *root = NULL;
     int exit_status = read_text(ctx, path, &text, &length);
     if (!exit_status) {
-        drop_trailing_commas(text, length);
+        if (commas) drop_trailing_commas(text, length);
         *root = json_loadb(text, length, 0, &error);
     }
     tl_mem_free(ctx, text);

@@ -59,7 +59,7 @@ static int take(const char *path, const json_t *root, cli_points *points)
 int cli_points_read(tl_ctx *ctx, const char *path, cli_points *points)
 {
     json_t *root;
-    int failed = cli_json_read(ctx, path, &root);
+    int failed = cli_json_read(ctx, path, true, &root);
     if (failed) return failed;
     failed = take(path, root, points);
     json_decref(root);

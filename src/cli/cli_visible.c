@@ -146,7 +146,7 @@ static int add_transfer(const cli_session *session, const tl_store_head *head, c
     if (there) fclose(there);
     if (!there && strchr(word, '=')) cli_split_named(word, name, sizeof name, &path);
     const tl_store_channel *channel = find_channel(session, head, name, &exit_status);
-    if (!exit_status) exit_status = cli_json_read(session->ctx, path, &root);
+    if (!exit_status) exit_status = cli_json_read(session->ctx, path, true, &root);
     if (!exit_status)
         exit_status = fill_bins(session->ctx, path, root, channel,
                                 opacity + (channel - head->channels) * TL_BINS);
