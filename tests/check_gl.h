@@ -7,6 +7,7 @@
 #include "tetralod/draw.h"
 
 #include "check_ctx.h"
+#include "check_picture.h"
 #include "make_mesh.h"
 #include "make_scene.h"
 
@@ -76,22 +77,12 @@ static inline tl_item fill(tl_ctx *ctx, tl_renderer *r, const scene *s)
     return slices;
 }
 
-static inline tl_image *draw_with(tl_ctx *ctx, tl_renderer *r, const tl_camera *camera)
-{
-    tl_image *image = NULL;
-    CHECK_OK(ctx, tl_image_create(ctx, camera->size_px[0], camera->size_px[1], &image));
-    CHECK_OK(ctx, tl_renderer_draw(ctx, r, camera, image));
-    return image;
-}
-
 static inline tl_image *draw_scene(tl_ctx *ctx, tl_renderer_kind kind, const scene *s,
                                    const tl_camera *camera)
 {
     tl_renderer *r = open_renderer(ctx, kind);
     fill(ctx, r, s);
-    tl_image *image = draw_with(ctx, r, camera);
-    tl_renderer_destroy(ctx, r);
-    return image;
+    return picture_of(ctx, r, camera);
 }
 
 /* Decibels between two pictures, colours and opacity; 200 for equal ones. */

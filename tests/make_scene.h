@@ -54,8 +54,8 @@ static inline void make_triangles_release(tl_polydata *p)
     free(p->corners);
 }
 
-/* n x n squares of two triangles each; the point (u, v) of 0 .. 1 squared is at origin + u * a + v
- * * b. */
+/* n x n squares of two triangles each; the point (u, v) of 0 .. 1 squared is at
+ * origin + u a + v b. */
 static inline tl_polydata make_sheet(size_t n, const double origin[3], const double a[3],
                                      const double b[3])
 {

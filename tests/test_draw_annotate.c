@@ -200,7 +200,7 @@ static void readable_on_any_background(void **state)
         CHECK(contrast(image, b % 2 ? black : white) > 0.6);
         tl_image_destroy(ctx, image);
     }
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void far_edges_lie_behind(void **state)
@@ -227,7 +227,7 @@ static void far_edges_lie_behind(void **state)
     for (size_t p = 0; p < (size_t)SIDE * SIDE; p++) around += image->rgba[4 * p + 3] > 0;
     CHECK(around > (size_t)SIDE * SIDE / 9 + 500);
     tl_image_destroy(ctx, image);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* The bar runs from dark to bright at the right, inside of what the window leaves. */
@@ -268,7 +268,7 @@ static void bar_shows_colors(void **state)
     image = annotated(ctx, &a);
     tl_image_destroy(ctx, image);
     tl_transfer_destroy(ctx, transfer);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void wrong_numbers(void **state)
@@ -305,7 +305,7 @@ static void wrong_numbers(void **state)
     }
     tl_image_destroy(ctx, image);
     tl_transfer_destroy(ctx, transfer);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 #else
@@ -320,7 +320,7 @@ static void without_pango(void **state)
     CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
     CHECK_STATUS(tl_draw_annotation(ctx, &a, &camera, image), TL_ERR_UNSUPPORTED);
     tl_image_destroy(ctx, image);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 #endif

@@ -102,7 +102,7 @@ static void linear_fields(void **state)
         tl_camera camera = make_camera(look & 1);
         if (look & 2) camera.position[2] = 0.4999;
         tl_image *image = draw_scene(ctx, TL_RENDERER_GL, &drawn, &camera);
-        const float *c = image->rgba + 4 * (MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2);
+        const float *c = picture_middle(image);
         CHECK_NEAR((double)c[3], -expm1(look & 2 ? -1.225 : -1.7), 3e-4);
         CHECK_NEAR((double)c[0], (double)c[3], 1e-5);
         if (look == 1) CHECK(image->rgba[3] == 0); /* the corner sees nothing */
@@ -131,8 +131,7 @@ static void fog_has_its_depth(void **state)
         scene drawn = {.mesh = s.mesh, .scalar = s.scalar, .volume = s.volume, .transfer = t};
         tl_camera camera = make_camera(true);
         tl_image *image = draw_scene(ctx, TL_RENDERER_GL, &drawn, &camera);
-        size_t middle = MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2;
-        CHECK_NEAR((double)image->rgba[4 * middle + 3], -expm1(-extinction), 3e-5);
+        CHECK_NEAR((double)picture_middle(image)[3], -expm1(-extinction), 3e-5);
         tl_image_destroy(ctx, image);
         tl_transfer_destroy(ctx, t);
     }
@@ -214,8 +213,8 @@ static void renderers_side_by_side(void **state)
     CHECK_OK(ctx, tl_renderer_add_surface(ctx, r[0], &sphere, NULL, &item));
     CHECK(tl_renderer_card_bytes(r[0]) >= empty + sphere.vert_count * 32);
     for (int frame = 0; frame < 4; frame++) {
-        tl_image *image = draw_with(ctx, r[frame & 1], &camera);
-        bool shown = image->rgba[4 * (MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2) + 3] == 1;
+        tl_image *image = picture_take(ctx, r[frame & 1], &camera);
+        bool shown = picture_middle(image)[3] == 1;
         CHECK_EQ(shown, frame == 0);
         tl_image_destroy(ctx, image);
         if (frame == 0) tl_renderer_remove(ctx, r[0], item);
@@ -223,7 +222,7 @@ static void renderers_side_by_side(void **state)
     /* what is left is the picture: colours and depths of five, another size than before */
     CHECK(tl_renderer_card_bytes(r[0]) <= empty + (size_t)5 * 24 * MAKE_SIDE * MAKE_SIDE);
     camera.size_px[0] = 2 * MAKE_SIDE;
-    tl_image_destroy(ctx, draw_with(ctx, r[0], &camera));
+    tl_image_destroy(ctx, picture_take(ctx, r[0], &camera));
     make_triangles_release(&sphere);
     tl_renderer_destroy(ctx, r[0]);
     tl_renderer_destroy(ctx, r[1]);
@@ -278,7 +277,7 @@ static void other_contexts(void **state)
     CHECK_OK(ctx, tl_renderer_create(ctx, TL_RENDERER_GL_CURRENT, &guest));
     glViewport(1, 2, 3, 4);
     fill(ctx, guest, &drawn);
-    tl_image *image = draw_with(ctx, guest, &camera);
+    tl_image *image = picture_take(ctx, guest, &camera);
     GLint view[4];
     glGetIntegerv(GL_VIEWPORT, view);
     CHECK(view[0] == 1 && view[1] == 2 && view[2] == 3 && view[3] == 4);

@@ -25,18 +25,17 @@ static void slices_have_their_silhouette(void **state)
     tl_renderer *r = open_renderer(ctx, TL_RENDERER_GL);
     tl_item slices = fill(ctx, r, &drawn);
     for (double radius = 0.15; radius < 0.5; radius += 0.1) {
-        double count = 0, edge = SIDE / 1.2 * radius, pi = acos(-1);
+        double edge = SIDE / 1.2 * radius, pi = acos(-1);
         CHECK_OK(ctx, tl_renderer_set_slices(ctx, r, slices, &radius, 1));
-        tl_image *image = draw_with(ctx, r, &camera);
-        for (size_t i = 0; i < (size_t)SIDE * SIDE; i++) count += (double)image->rgba[4 * i + 3];
-        CHECK_NEAR(count / (pi * edge * edge), 1, 0.03); /* 33 vertices a side */
+        tl_image *image = picture_take(ctx, r, &camera);
+        CHECK_NEAR(picture_covered(image) / (pi * edge * edge), 1, 0.03); /* 33 vertices a side */
         /* chords of the tets lie inside of the sphere */
         CHECK_NEAR((double)image->depth[SIDE * (SIDE / 2) + SIDE / 2], 2.5 - radius, 3e-3);
         tl_image_destroy(ctx, image);
     }
     double nowhere = 2;
     CHECK_OK(ctx, tl_renderer_set_slices(ctx, r, slices, &nowhere, 1));
-    tl_image *image = draw_with(ctx, r, &camera);
+    tl_image *image = picture_take(ctx, r, &camera);
     for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
         CHECK(image->rgba[4 * i + 3] == 0 && isinf(image->depth[i]));
     tl_image_destroy(ctx, image);

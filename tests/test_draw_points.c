@@ -6,7 +6,9 @@
 #include "tetralod/draw.h"
 
 #include "check_ctx.h"
+#include "check_picture.h"
 #include "fail_alloc.h"
+#include "make_mesh.h"
 #include "make_scene.h"
 
 enum { SIDE = 257 };
@@ -37,27 +39,9 @@ static tl_camera camera_of(bool parallel)
 static tl_image *draw_points(tl_ctx *ctx, const tl_polydata *p, const tl_look *look,
                              const tl_point_opts *opts, const tl_camera *camera)
 {
-    tl_image *image = NULL;
-    tl_renderer *r = NULL;
-    CHECK_OK(ctx, tl_image_create(ctx, camera->size_px[0], camera->size_px[1], &image));
-    CHECK_OK(ctx, tl_renderer_create(ctx, TL_RENDERER_CPU, &r));
+    tl_renderer *r = picture_renderer(ctx);
     CHECK_OK(ctx, tl_renderer_add_points(ctx, r, p, look, opts, NULL));
-    CHECK_OK(ctx, tl_renderer_draw(ctx, r, camera, image));
-    tl_renderer_destroy(ctx, r);
-    return image;
-}
-
-static double covered(const tl_image *image)
-{
-    double sum = 0;
-    for (size_t i = 0; i < (size_t)image->width * image->height; i++)
-        sum += (double)image->rgba[4 * i + 3];
-    return sum;
-}
-
-static const float *pixel(const tl_image *image, size_t x, size_t y)
-{
-    return image->rgba + 4 * (y * image->width + x);
+    return picture_of(ctx, r, camera);
 }
 
 /* ---- single points ---- */
@@ -76,13 +60,13 @@ static void discs_have_their_area(void **state)
         for (opts.radius_px = 1; opts.radius_px < 90; opts.radius_px *= 3) {
             tl_image *image = draw_points(ctx, &p, NULL, &opts, &camera);
             double area = pi * opts.radius_px * opts.radius_px;
-            CHECK_NEAR(covered(image) / area, 1, 0.1 / opts.radius_px);
+            CHECK_NEAR(picture_covered(image) / area, 1, 0.1 / opts.radius_px);
             tl_image_destroy(ctx, image);
         }
         opts.radius = 0.2;
         tl_image *image = draw_points(ctx, &p, NULL, &opts, &camera);
         double radius = parallel ? SIDE / 1.2 * 0.2 : SIDE / (2 * tan(pi / 12)) * 0.2 / 2.5;
-        CHECK_NEAR(covered(image) / (pi * radius * radius), 1, 2e-3);
+        CHECK_NEAR(picture_covered(image) / (pi * radius * radius), 1, 2e-3);
         tl_image_destroy(ctx, image);
     }
     release_points(&p);
@@ -107,7 +91,7 @@ static void light_on_points(void **state)
         double expected = look.rgb[0] * (look.ambient + look.diffuse * cosines[turned]) +
                           look.specular * pow(cosines[turned], look.shininess);
         for (size_t x = SIDE / 2 - 50; x <= SIDE / 2 + 50; x += 50)
-            CHECK_NEAR((double)pixel(image, x, SIDE / 2)[0], fmin(expected, 1), 1e-5);
+            CHECK_NEAR((double)picture_pixel(image, x, SIDE / 2)[0], fmin(expected, 1), 1e-5);
         CHECK_NEAR((double)image->depth[SIDE / 2 * SIDE + SIDE / 2], 2.5, 1e-6);
         tl_image_destroy(ctx, image);
     }
@@ -116,7 +100,7 @@ static void light_on_points(void **state)
     tl_image *image = draw_points(ctx, &p, &look, &opts, &camera);
     double cosine = sqrt(0.75), half = SIDE / 1.2 * 0.15;
     size_t x = SIDE / 2 + (size_t)(half + 0.5);
-    CHECK_NEAR((double)pixel(image, x, SIDE / 2)[0],
+    CHECK_NEAR((double)picture_pixel(image, x, SIDE / 2)[0],
                look.rgb[0] * (look.ambient + look.diffuse * cosine) +
                    look.specular * pow(cosine, look.shininess),
                0.02);
@@ -151,8 +135,10 @@ static void nearer_points_hide(void **state)
     tl_image *image = draw_points(ctx, &p, &look, &opts, &camera);
     for (size_t y = SIDE / 2 - 30; y < SIDE / 2 + 30; y++) {
         /* looking along z with y up, x grows to the left */
-        CHECK(pixel(image, SIDE / 2 - 3, y)[0] < 0.1F && pixel(image, SIDE / 2 - 3, y)[2] > 0.9F);
-        CHECK(pixel(image, SIDE / 2 + 3, y)[0] > 0.9F && pixel(image, SIDE / 2 + 3, y)[2] < 0.1F);
+        CHECK(picture_pixel(image, SIDE / 2 - 3, y)[0] < 0.1F &&
+              picture_pixel(image, SIDE / 2 - 3, y)[2] > 0.9F);
+        CHECK(picture_pixel(image, SIDE / 2 + 3, y)[0] > 0.9F &&
+              picture_pixel(image, SIDE / 2 + 3, y)[2] < 0.1F);
     }
     tl_image_destroy(ctx, image);
     p.xyz[3] = p.xyz[0] = 0.5;
@@ -160,7 +146,7 @@ static void nearer_points_hide(void **state)
     for (int through = 0; through < 2; through++) {
         look.opacity = through ? 0.5 : 1;
         image = draw_points(ctx, &p, &look, &opts, &camera);
-        const float *middle = pixel(image, SIDE / 2, SIDE / 2);
+        const float *middle = picture_pixel(image, SIDE / 2, SIDE / 2);
         CHECK_NEAR((double)middle[0], through ? 0.5 : 1, 1e-5);
         CHECK_NEAR((double)middle[2], through ? 0.25 : 0, 1e-5);
         CHECK_NEAR((double)middle[3], through ? 0.75 : 1, 1e-5);
@@ -191,7 +177,7 @@ static void fewer_at_a_distance(void **state)
     tl_polydata one = make_points(1, false);
     one.xyz[0] = one.xyz[1] = 0.5;
     tl_image *image = draw_points(ctx, &one, &look, &opts, &camera);
-    double single = covered(image);
+    double single = picture_covered(image);
     tl_image_destroy(ctx, image);
     for (int far = 0; far < 3; far++) {
         for (size_t i = 0; i < 2 * COUNT; i++) {
@@ -204,7 +190,7 @@ static void fewer_at_a_distance(void **state)
             p.xyz[3 * i + 2] = z - 2;
         }
         image = draw_points(ctx, &p, &look, &opts, &camera);
-        double count = covered(image) / single;
+        double count = picture_covered(image) / single;
         CHECK_NEAR(count, shares[far] * COUNT, far ? 5 * sqrt(shares[far] * COUNT) : 0.02 * COUNT);
         tl_image_destroy(ctx, image);
     }
@@ -218,8 +204,7 @@ static tl_polydata make_cloud(bool normals)
     uint64_t seed = 3;
     tl_polydata p = make_points(4000, normals);
     for (size_t i = 0; i < 3 * p.vert_count; i++) {
-        seed = seed * UINT64_C(6364136223846793005) + 1442695040888963407u;
-        p.xyz[i] = (double)(seed >> 11) * 0x1p-53;
+        p.xyz[i] = make_uniform(&seed);
         if (normals) p.normals[i] = (float)(p.xyz[i] - 0.5);
     }
     return p;
@@ -236,12 +221,11 @@ static void threads_change_nothing(void **state)
     opts.scale_depth = true;
     tl_ctx *ctx = check_ctx_create(1);
     tl_image *first = draw_points(ctx, &p, &look, &opts, &camera);
-    CHECK(covered(first) > 1000);
+    CHECK(picture_covered(first) > 1000);
     for (unsigned threads = 2; threads <= 3; threads++) {
         tl_ctx *own = check_ctx_create(threads);
         tl_image *image = draw_points(own, &p, &look, &opts, &camera);
-        CHECK(memcmp(first->rgba, image->rgba, (size_t)4 * SIDE * SIDE * sizeof(float)) == 0);
-        CHECK(memcmp(first->depth, image->depth, (size_t)SIDE * SIDE * sizeof(float)) == 0);
+        CHECK(picture_same(first, image));
         tl_image_destroy(own, image);
         check_ctx_destroy(own);
     }
@@ -267,7 +251,7 @@ static void points_that_are_not_seen(void **state)
             opts.radius = radius;
             opts.scale_depth = true;
             tl_image *image = draw_points(ctx, &p, NULL, &opts, &camera);
-            CHECK(covered(image) == 0);
+            CHECK(picture_covered(image) == 0);
             tl_image_destroy(ctx, image);
         }
     memcpy(p.xyz, p.xyz + 15, 3 * sizeof *p.xyz); /* so large that it fills the picture */
@@ -275,7 +259,7 @@ static void points_that_are_not_seen(void **state)
     tl_camera camera = camera_of(false);
     opts.radius = 1e6;
     tl_image *image = draw_points(ctx, &p, NULL, &opts, &camera);
-    CHECK(covered(image) == SIDE * SIDE);
+    CHECK(picture_covered(image) == SIDE * SIDE);
     tl_image_destroy(ctx, image);
     release_points(&p);
     check_ctx_destroy(ctx);
@@ -283,17 +267,14 @@ static void points_that_are_not_seen(void **state)
 
 static tl_status draw_cloud(tl_ctx *ctx, void *arg)
 {
-    tl_image *image = NULL;
     tl_renderer *r = NULL;
     tl_camera camera = camera_of(false);
     tl_point_opts opts = tl_point_opts_defaults();
     opts.scale_depth = true;
-    tl_status st = tl_image_create(ctx, SIDE, SIDE, &image);
-    if (!st) st = tl_renderer_create(ctx, TL_RENDERER_CPU, &r);
+    tl_status st = tl_renderer_create(ctx, TL_RENDERER_CPU, &r);
     if (!st) st = tl_renderer_add_points(ctx, r, arg, NULL, &opts, NULL);
-    if (!st) st = tl_renderer_draw(ctx, r, &camera, image);
+    if (!st) st = picture_try(ctx, r, &camera);
     tl_renderer_destroy(ctx, r);
-    tl_image_destroy(ctx, image);
     return st;
 }
 

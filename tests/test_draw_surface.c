@@ -6,22 +6,9 @@
 #include "tetralod/draw.h"
 
 #include "check_ctx.h"
+#include "check_picture.h"
 #include "make_mesh.h"
 #include "make_scene.h"
-
-static tl_image *open_image(tl_ctx *ctx, uint32_t side)
-{
-    tl_image *image = NULL;
-    CHECK_OK(ctx, tl_image_create(ctx, side, side, &image));
-    return image;
-}
-
-static tl_renderer *open_cpu(tl_ctx *ctx)
-{
-    tl_renderer *r = NULL;
-    CHECK_OK(ctx, tl_renderer_create(ctx, TL_RENDERER_CPU, &r));
-    return r;
-}
 
 static tl_look plain(double red, double green, double blue, double opacity)
 {
@@ -37,24 +24,9 @@ static tl_look plain(double red, double green, double blue, double opacity)
 static tl_image *draw_surface(tl_ctx *ctx, const tl_polydata *p, const tl_look *look,
                               const tl_camera *camera)
 {
-    tl_image *image = open_image(ctx, camera->size_px[0]);
-    tl_renderer *r = open_cpu(ctx);
+    tl_renderer *r = picture_renderer(ctx);
     CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, p, look, NULL));
-    CHECK_OK(ctx, tl_renderer_draw(ctx, r, camera, image));
-    tl_renderer_destroy(ctx, r);
-    return image;
-}
-
-static const float *pixel(const tl_image *image, size_t x, size_t y)
-{
-    return image->rgba + 4 * (y * image->width + x);
-}
-
-static bool same_pictures(const tl_image *a, const tl_image *b)
-{
-    size_t count = (size_t)a->width * a->height;
-    return memcmp(a->rgba, b->rgba, 4 * count * sizeof(float)) == 0 &&
-           memcmp(a->depth, b->depth, count * sizeof(float)) == 0;
+    return picture_of(ctx, r, camera);
 }
 
 static void sphere_silhouette(void **state)
@@ -68,21 +40,20 @@ static void sphere_silhouette(void **state)
         tl_camera camera = make_camera(parallel);
         camera.size_px[0] = camera.size_px[1] = SIDE;
         tl_image *image = draw_surface(ctx, &sphere, NULL, &camera);
-        double tangent = radius / sqrt(2.5 * 2.5 - radius * radius), count = 0;
+        double tangent = radius / sqrt(2.5 * 2.5 - radius * radius);
         double edge = parallel ? SIDE / 1.2 * radius : SIDE / (2 * tan(pi / 12)) * tangent;
-        for (size_t i = 0; i < (size_t)SIDE * SIDE; i++) count += (double)image->rgba[4 * i + 3];
         /* 200 sides have 0.02 % less than a circle */
-        CHECK_NEAR(count / (pi * edge * edge), 1, 2e-3);
+        CHECK_NEAR(picture_covered(image) / (pi * edge * edge), 1, 2e-3);
         CHECK_NEAR((double)image->depth[SIDE / 2 * SIDE + SIDE / 2], 2.5 - radius, 1e-4);
         CHECK(isinf(image->depth[0]));
         /* the light is in the middle: of the highlight and of the shadow at the edge */
         tl_look look = tl_look_defaults();
-        CHECK_NEAR((double)pixel(image, SIDE / 2, SIDE / 2)[0],
+        CHECK_NEAR((double)picture_middle(image)[0],
                    fmin(look.rgb[0] * (look.ambient + look.diffuse) + look.specular, 1), 3e-3);
         /* half way to the edge of a parallel view the normal is at 30 degrees */
         if (parallel) {
             double cosine = sqrt(0.75), x = SIDE / 2 + edge / 2;
-            CHECK_NEAR((double)pixel(image, (size_t)x, SIDE / 2)[0],
+            CHECK_NEAR((double)picture_pixel(image, (size_t)x, SIDE / 2)[0],
                        look.rgb[0] * (look.ambient + look.diffuse * cosine) +
                            look.specular * pow(cosine, look.shininess),
                        2e-2);
@@ -133,7 +104,7 @@ static void floors_reach_behind_the_camera(void **state)
     tl_image *image = draw_surface(ctx, &floor_of_three, &look, &camera);
     for (size_t y = 0; y < MAKE_SIDE; y++)
         for (size_t x = 0; x < MAKE_SIDE; x++) {
-            CHECK(pixel(image, x, y)[3] == (y > MAKE_SIDE / 2 ? 1.F : 0.F));
+            CHECK(picture_pixel(image, x, y)[3] == (y > MAKE_SIDE / 2 ? 1.F : 0.F));
             /* half a unit below, tan of the angle a row's share of half the picture */
             if (y > MAKE_SIDE / 2)
                 CHECK_NEAR((double)image->depth[y * MAKE_SIDE + x] * ((double)y - MAKE_SIDE / 2) /
@@ -157,24 +128,22 @@ static void sheets_that_cross(void **state)
     tl_polydata red = make_sheet(3, red_at, red_a, up), blue = make_sheet(2, blue_at, blue_a, up);
     tl_polydata white = make_sheet(1, white_at, white_a, up);
     const tl_look looks[3] = {plain(1, 0, 0, 0.5), plain(0, 0, 1, 0.25), plain(1, 1, 1, 1)};
-    tl_image *image = open_image(ctx, MAKE_SIDE);
-    tl_renderer *r = open_cpu(ctx);
+    tl_renderer *r = picture_renderer(ctx);
     CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &blue, &looks[1], NULL));
     CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &red, &looks[0], NULL));
     CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &white, &looks[2], NULL));
-    CHECK_OK(ctx, tl_renderer_draw(ctx, r, &camera, image));
+    tl_image *image = picture_of(ctx, r, &camera);
     for (size_t x = 0; x < MAKE_SIDE; x++) {
         if (x == MAKE_SIDE / 2) continue;
         /* view-up and view make x run to the left on the picture */
         bool red_first = x > MAKE_SIDE / 2;
-        const float *c = pixel(image, x, 5);
+        const float *c = picture_pixel(image, x, 5);
         CHECK_NEAR((double)c[0], red_first ? 0.5 + 0.5 * 0.75 : 0.75 * (0.5 + 0.5), 1e-6);
         CHECK_NEAR((double)c[1], 0.5 * 0.75, 1e-6);
         CHECK_NEAR((double)c[2], red_first ? 0.5 * (0.25 + 0.75) : 0.25 + 0.75 * 0.5, 1e-6);
         CHECK_NEAR((double)c[3], 1, 1e-6);
         CHECK_NEAR((double)image->depth[5 * MAKE_SIDE + x], 4, 1e-5);
     }
-    tl_renderer_destroy(ctx, r);
     tl_image_destroy(ctx, image);
     make_triangles_release(&red);
     make_triangles_release(&blue);
@@ -210,7 +179,7 @@ static void open_scene(scene *s, unsigned threads, double extinction, const doub
     make_shuffle(&s->grid, 5);
     s->mesh = make_object(s->ctx, &s->grid, quarter);
     s->fog = make_fog(s->ctx, 0, extinction, 1, extinction);
-    s->renderer = open_cpu(s->ctx);
+    s->renderer = picture_renderer(s->ctx);
     CHECK_OK(s->ctx, tl_volume_create(s->ctx, s->mesh, NULL, &s->volume));
     CHECK_OK(s->ctx,
              tl_renderer_add_volume(s->ctx, s->renderer, s->volume,
@@ -268,12 +237,11 @@ static void check_scene(double extinction, const double depths[3], const double 
     open_scene(&s, 2, extinction, depths, opacities);
     tl_camera camera = make_camera(parallel);
     double rgba[4];
-    tl_image *image = open_image(s.ctx, MAKE_SIDE);
     camera.position[2] = begin;
     camera.focal_point[2] = begin + 1;
     expect(extinction, depths, opacities, begin, rgba);
-    CHECK_OK(s.ctx, tl_renderer_draw(s.ctx, s.renderer, &camera, image));
-    const float *c = pixel(image, MAKE_SIDE / 2, MAKE_SIDE / 2);
+    tl_image *image = picture_take(s.ctx, s.renderer, &camera);
+    const float *c = picture_middle(image);
     for (int k = 0; k < 4; k++) CHECK_NEAR((double)c[k], rgba[k], 3e-5);
     tl_image_destroy(s.ctx, image);
     close_scene(&s);
@@ -307,13 +275,9 @@ static void same_for_all_threads(void **state)
         tl_camera camera = make_camera(false);
         camera.position[0] = 1.5;
         camera.position[1] = -1;
-        tl_image *image = open_image(s.ctx, MAKE_SIDE);
-        if (!first) {
-            first = open_image(one.ctx, MAKE_SIDE);
-            CHECK_OK(one.ctx, tl_renderer_draw(one.ctx, one.renderer, &camera, first));
-        }
-        CHECK_OK(s.ctx, tl_renderer_draw(s.ctx, s.renderer, &camera, image));
-        CHECK(same_pictures(first, image));
+        tl_image *image = picture_take(s.ctx, s.renderer, &camera);
+        if (!first) first = picture_take(one.ctx, one.renderer, &camera);
+        CHECK(picture_same(first, image));
         tl_image_destroy(s.ctx, image);
         close_scene(&s);
     }
@@ -333,7 +297,7 @@ static void slices_are_surfaces(void **state)
     tl_look look = tl_look_defaults();
     tl_polydata *cut = NULL;
     tl_item item = 0;
-    tl_renderer *r = open_cpu(s.ctx);
+    tl_renderer *r = picture_renderer(s.ctx);
     double *distance = malloc(s.grid.vert_count * sizeof *distance), zero = 0;
     CHECK_OK(s.ctx, tl_plane_distance(s.ctx, s.mesh, origin, normal, distance));
     opts.values = &shift;
@@ -343,16 +307,15 @@ static void slices_are_surfaces(void **state)
     CHECK_OK(s.ctx, tl_slice_mesh(s.ctx, s.mesh, distance, &opts, &cut));
     look.scalar = malloc((cut->vert_count + 1) * sizeof(double));
     for (size_t v = 0; v < cut->vert_count; v++) ((double *)(uintptr_t)look.scalar)[v] = shift;
-    tl_image *a = draw_surface(s.ctx, cut, &look, &camera), *b = open_image(s.ctx, MAKE_SIDE);
+    tl_image *a = draw_surface(s.ctx, cut, &look, &camera);
     free((void *)(uintptr_t)look.scalar);
     look.scalar = distance;
     CHECK_OK(s.ctx, tl_renderer_add_slices(s.ctx, r, s.mesh, distance, &zero, 1, &look, &item));
-    CHECK_OK(s.ctx, tl_renderer_draw(s.ctx, r, &camera, b));
-    CHECK(!same_pictures(a, b));
+    tl_image *b = picture_take(s.ctx, r, &camera);
+    CHECK(!picture_same(a, b));
     CHECK_OK(s.ctx, tl_renderer_set_slices(s.ctx, r, item, &shift, 1));
     tl_image_destroy(s.ctx, b);
-    b = open_image(s.ctx, MAKE_SIDE);
-    CHECK_OK(s.ctx, tl_renderer_draw(s.ctx, r, &camera, b));
+    b = picture_take(s.ctx, r, &camera);
     /* gradients instead of flat normals: equal to rounding */
     double seen = 0;
     for (size_t i = 0; i < (size_t)4 * MAKE_SIDE * MAKE_SIDE; i++) {
@@ -420,17 +383,17 @@ static void values_and_scenes_of_nothing(void **state)
     look.scalar = values;
     look.transfer = t;
     tl_image *image = draw_surface(ctx, &sheet, &look, &camera);
-    for (int k = 0; k < 3; k++) CHECK(pixel(image, 3, 4)[k] == 0.5F);
-    tl_image *before = open_image(ctx, MAKE_SIDE),
+    for (int k = 0; k < 3; k++) CHECK(picture_pixel(image, 3, 4)[k] == 0.5F);
+    tl_image *before = picture_empty(ctx, &camera),
              *after = draw_surface(ctx, &empty, NULL, &camera);
-    CHECK(same_pictures(before, after));
+    CHECK(picture_same(before, after));
     look = plain(1, 1, 1, 0);
     tl_image_destroy(ctx, after);
     after = draw_surface(ctx, &sheet, &look, &camera);
-    CHECK(same_pictures(before, after));
-    tl_renderer *r = open_cpu(ctx);
+    CHECK(picture_same(before, after));
+    tl_renderer *r = picture_renderer(ctx);
     CHECK_OK(ctx, tl_renderer_draw(ctx, r, &camera, after));
-    CHECK(same_pictures(before, after));
+    CHECK(picture_same(before, after));
     tl_renderer_destroy(ctx, r);
     tl_image_destroy(ctx, before);
     tl_image_destroy(ctx, after);
@@ -457,8 +420,8 @@ static void surfaces_of_any_size(void **state)
         tl_image *image = draw_surface(ctx, &sphere, NULL, &camera);
         if (!first) first = image;
         CHECK(memcmp(first->rgba, image->rgba, (size_t)4 * MAKE_SIDE * MAKE_SIDE * sizeof(float)) ==
-              0);
-        CHECK(image->rgba[4 * (MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2)] > 0);
+              0); /* depths are in mesh units */
+        CHECK(picture_middle(image)[0] > 0);
         if (image != first) tl_image_destroy(ctx, image);
         make_triangles_release(&sphere);
     }

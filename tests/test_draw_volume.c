@@ -4,6 +4,8 @@
 
 #include "draw/draw_layers.h"
 
+#include "check_ctx.h"
+#include "check_picture.h"
 #include "make_mesh.h"
 #include "make_scene.h"
 
@@ -33,7 +35,7 @@ static tl_image *draw(tl_ctx *ctx, const make_mesh *m, make_field field,
 
 static double middle(const tl_image *image)
 {
-    const float *c = image->rgba + 4 * ((size_t)MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2);
+    const float *c = picture_middle(image);
     CHECK_NEAR((double)c[0], (double)c[3], 1e-6); /* white, times opacity */
     return (double)c[3];
 }
@@ -52,7 +54,7 @@ static double nothing(const double x[3])
 static void fog_has_its_depth(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(9);
     make_shuffle(&m, 3);
     for (int parallel = 0; parallel < 2; parallel++) {
@@ -67,14 +69,14 @@ static void fog_has_its_depth(void **state)
         }
     }
     make_release(&m);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Extinction 0.2 + 3 z: its integral through the cube is 1.7. */
 static void linear_fields_are_exact(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(12);
     make_perturb(&m, 0.002, 5);
     for (size_t v = 0; v < m.vert_count; v++) /* the sides stay where they are */
@@ -107,14 +109,14 @@ static void linear_fields_are_exact(void **state)
     tl_image_destroy(ctx, image);
     tl_transfer_destroy(ctx, t);
     make_release(&m);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Rays go out into a cavity and come in again. */
 static void cavities_are_empty(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh full = make_grid(10), hollow = make_grid_cavity(10);
     tl_camera camera = make_camera(true);
     camera.parallel_scale = MAKE_SIDE / (2.0 * (MAKE_SIDE - 2)); /* the cube covers whole pixels */
@@ -145,7 +147,7 @@ static void cavities_are_empty(void **state)
     tl_transfer_destroy(ctx, t);
     make_release(&hollow);
     make_release(&full);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void same_for_all_threads(void **state)
@@ -157,24 +159,22 @@ static void same_for_all_threads(void **state)
     camera.position[0] = 2;
     camera.position[1] = -1;
     tl_image *first = NULL;
-    tl_ctx *one = check_context(1);
+    tl_ctx *one = check_ctx_create(1);
     for (unsigned threads = 1; threads <= 4; threads++) {
-        tl_ctx *ctx = check_context(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         tl_transfer *t = make_fog(ctx, 0, 0, 1, 8);
         tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
         if (!first) first = draw(one, &m, height, t, &camera, INFINITY);
-        CHECK(memcmp(first->rgba, image->rgba, (size_t)MAKE_SIDE * MAKE_SIDE * 4 * sizeof(float)) ==
-              0);
+        CHECK(picture_same(first, image));
         tl_image_destroy(ctx, image);
         tl_transfer_destroy(ctx, t);
-        tl_ctx_destroy(ctx);
+        check_ctx_destroy(ctx);
     }
     tl_image_destroy(one, first);
-    tl_ctx_destroy(one);
+    check_ctx_destroy(one);
     make_release(&m);
 }
 
-/* Values and places that are none, tets that are no manifold: a picture comes out all the same. */
 /* White fog in a cube of a size, a power of two. */
 static tl_image *draw_cube(tl_ctx *ctx, double size, bool parallel)
 {
@@ -213,7 +213,7 @@ static void clear_values_change_nothing(void **state)
     (void)state;
     static const double peaks[][4] = {{0.3, 0.4, 0.6, 0.7}, {-1, -0.5, 0.2, 0.4}, {0.5, 0.8, 3, 4}};
     static const tl_color_point white = {0, {1, 1, 1}};
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(14);
     tl_camera camera = make_camera(true);
     make_shuffle(&m, 11);
@@ -235,14 +235,14 @@ static void clear_values_change_nothing(void **state)
         tl_transfer_destroy(ctx, t);
     }
     make_release(&m);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* The kernel for any processor, and the one for this. */
 static void same_for_all_kernels(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(14);
     make_perturb(&m, 0.004, 9);
     tl_mesh *mesh = make_object(ctx, &m, height);
@@ -281,14 +281,14 @@ static void same_for_all_kernels(void **state)
     tl_transfer_destroy(ctx, t);
     tl_mesh_destroy(mesh);
     make_release(&m);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Gradients at an angle to the view: the closed form of light on white fog, and of opacity. */
 static void light_on_fog(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(9);
     make_shuffle(&m, 2);
     tl_transfer *t = make_fog(ctx, 0, 1.5, 1, 1.5);
@@ -309,8 +309,7 @@ static void light_on_fog(void **state)
             opts.shininess = 5;
             double expected = opts.ambient + opts.diffuse * cosine + 0.1 * pow(cosine, 5);
             tl_image *image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
-            const float *c =
-                image->rgba + 4 * ((size_t)MAKE_SIDE * (MAKE_SIDE / 2) + MAKE_SIDE / 2);
+            const float *c = picture_middle(image);
             CHECK_NEAR((double)c[3], -expm1(-1.5), 3e-5);
             CHECK_NEAR((double)c[0] / (double)c[3], fmin(expected, 1), 3e-4);
             tl_image_destroy(ctx, image);
@@ -338,7 +337,7 @@ static void light_on_fog(void **state)
     free(gradients);
     tl_transfer_destroy(ctx, t);
     make_release(&m);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* From nanometres to galaxies: products of two lengths leave the range of float32. */
@@ -346,7 +345,7 @@ static void meshes_of_any_size(void **state)
 {
     (void)state;
     static const double sizes[] = {0x1p-80, 0x1p-30, 0x1p40, 0x1p80};
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int parallel = 0; parallel < 2; parallel++) {
         tl_image *unit = draw_cube(ctx, 1, parallel);
         CHECK(middle(unit) > 0.1);
@@ -357,13 +356,13 @@ static void meshes_of_any_size(void **state)
         }
         tl_image_destroy(ctx, unit);
     }
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void empty_meshes_show_nothing(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_room(3, 0);
     tl_camera camera = make_camera(false);
     tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
@@ -372,13 +371,14 @@ static void empty_meshes_show_nothing(void **state)
     tl_image_destroy(ctx, image);
     tl_transfer_destroy(ctx, t);
     make_release(&m);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
+/* Values and places that are none, tets that are no manifold: a picture comes out all the same. */
 static void hostile_meshes(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_soup(40, 300, 4);
     m.xyz[5] = (double)NAN;
     m.xyz[9] = (double)INFINITY;
@@ -399,13 +399,13 @@ static void hostile_meshes(void **state)
     tl_mesh_destroy(mesh);
     tl_transfer_destroy(ctx, t);
     make_release(&m);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void transfer_functions(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tl_transfer *t = NULL;
     float rgb[3];
     double extinction;
@@ -427,7 +427,7 @@ static void transfer_functions(void **state)
     CHECK_STATUS(tl_transfer_create(ctx, colors, 2, heavy, 1, 1, &t), TL_ERR_ARG);
     CHECK_STATUS(tl_transfer_create(ctx, colors, 0, opacities, 3, 1, &t), TL_ERR_ARG);
     CHECK_STATUS(tl_transfer_create(ctx, colors, 2, opacities, 3, 0, &t), TL_ERR_ARG);
-    tl_ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 int main(void)
