@@ -283,7 +283,12 @@ static void other_contexts(void **state)
     CHECK(view[0] == 1 && view[1] == 2 && view[2] == 3 && view[3] == 4);
     CHECK(psnr(first, image) >= 2 * ALIKE);
     tl_renderer_destroy(ctx, guest);
+    /* one that outlives its context: what it has in memory is given back all the same */
+    CHECK_OK(ctx, tl_renderer_create(ctx, TL_RENDERER_GL_CURRENT, &guest));
+    const double level = 0.5;
+    CHECK_OK(ctx, tl_renderer_add_slices(ctx, guest, s.mesh, s.scalar, &level, 1, NULL, NULL));
     CHECK_OK(ctx, tli_gl_end(ctx, host, TL_OK));
+    tl_renderer_destroy(ctx, guest);
     tli_gl_close(ctx, host);
     tl_image_destroy(ctx, image);
     tl_image_destroy(ctx, first);

@@ -248,7 +248,7 @@ void tli_gl_close(tl_ctx *ctx, tli_gl *gl)
     if (!gl) return;
     if (gl->context)
         eglDestroyContext(gl->display, gl->context);
-    else if (gl->nothing)
+    else if (gl->nothing && eglGetCurrentContext() != EGL_NO_CONTEXT)
         glDeleteVertexArrays(1, &gl->nothing);
     tl_mem_free(ctx, gl);
 }

@@ -142,7 +142,8 @@ static void gl_remove(tl_ctx *ctx, void *state, tli_item *item)
         tli_gl_volume_remove(s->gl, &own->volume);
         tli_gl_thing_remove(ctx, s->gl, &own->thing);
         tli_gl_end(ctx, s->gl, TL_OK);
-    }
+    } else /* what lies in a card that is out of reach goes with its context */
+        tl_range_index_destroy(ctx, own->thing.ranges);
     tl_mem_free(ctx, own);
     item->own = NULL;
 }
