@@ -69,6 +69,31 @@ typedef struct tli_vert {
     float x, y, z, s;
 } tli_vert;
 
+/* Where the ray of a pixel (px, py) of the frame passes a face: double areas [3] of the triangles
+ * between the ray and the edge opposite to each corner, their sum, and that of the corners' depths
+ * by area. It passes inside where no two areas have opposite signs. */
+typedef struct tli_crossing {
+    double areas[3], sum, depths;
+} tli_crossing;
+static inline tli_crossing tli_frame_cross(const tli_frame *frame, const tli_vert *const face[3],
+                                           double px, double py)
+{
+    double x[3], y[3];
+    tli_crossing c = {.sum = 0};
+    for (int i = 0; i < 3; i++) {
+        double w = frame->parallel ? 1 : (double)face[i]->z;
+        x[i] = (double)face[i]->x - px * w;
+        y[i] = (double)face[i]->y - py * w;
+    }
+    for (int i = 0; i < 3; i++) {
+        int a = (i + 1) % 3, b = (i + 2) % 3;
+        c.areas[i] = x[a] * y[b] - x[b] * y[a];
+        c.sum += c.areas[i];
+        c.depths += c.areas[i] * (double)face[i]->z;
+    }
+    return c;
+}
+
 /* Options over the defaults, checked. */
 tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volume_opts *opts);
 /* TL_ERR_ARG for numbers of light that are out of range. */

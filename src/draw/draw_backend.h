@@ -32,6 +32,19 @@ typedef struct tli_item {
     void *own; /* of the back end, from add to remove */
 } tli_item;
 
+/* Entries of its corners; 0 of points, which have none. */
+static inline size_t tli_corner_count(const tl_polydata *p)
+{
+    if (p->kind == TL_POLY_TRIANGLES) return 3 * p->cell_count;
+    return p->kind == TL_POLY_LINES && p->cell_count ? p->starts[p->cell_count] : 0;
+}
+
+/* True if a volume takes gradients: for light, for opacity, or both. */
+static inline bool tli_volume_has_light(const tl_volume_opts *opts)
+{
+    return opts->lit || opts->gradient_opacity > 0;
+}
+
 /* The vertices [vert_count] of a volume in a view: draw_place.c. */
 tl_status tli_volume_place(tl_ctx *ctx, const tli_item *item, const tli_frame *frame,
                            tli_vert *verts);

@@ -205,19 +205,9 @@ void tli_doors_close(tli_doors *doors)
 static bool hit_pixel(const tli_doors *t, const tli_vert *const v[3], double px, double py,
                       double *depth)
 {
-    double x[3], y[3], e[3], sum = 0, z = 0;
-    for (int i = 0; i < 3; i++) {
-        double w = t->frame->parallel ? 1 : (double)v[i]->z;
-        x[i] = (double)v[i]->x - px * w;
-        y[i] = (double)v[i]->y - py * w;
-    }
-    for (int i = 0; i < 3; i++) {
-        e[i] = x[(i + 1) % 3] * y[(i + 2) % 3] - x[(i + 2) % 3] * y[(i + 1) % 3];
-        sum += e[i];
-        z += e[i] * (double)v[i]->z;
-    }
-    *depth = z / sum;
-    return e[0] >= 0 && e[1] >= 0 && e[2] >= 0 && sum > 0;
+    const tli_crossing c = tli_frame_cross(t->frame, v, px, py);
+    *depth = c.depths / c.sum;
+    return c.areas[0] >= 0 && c.areas[1] >= 0 && c.areas[2] >= 0 && c.sum > 0;
 }
 
 /* Hits of a face at the pixels of a tile, which begin at (left, top). */

@@ -135,7 +135,7 @@ static tl_status add_surface(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_
     tl_status st = add_verts(ctx, gl, &f, p->vert_count, thing);
     return st ? st
               : tli_gl_table_fill(ctx, gl, &thing->corners, GL_R32UI, p->corners,
-                                  3 * p->cell_count);
+                                  tli_corner_count(p));
 }
 
 /* Tets, with the range of the scalar, that of blocks of tets, and its gradient for normals. */
@@ -198,7 +198,7 @@ static tl_status add_lines(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl
 {
     tl_status st = TL_OK;
     const tl_polydata *p = item->polydata;
-    size_t corner_count = p->cell_count ? p->starts[p->cell_count] : 0;
+    size_t corner_count = tli_corner_count(p);
     if (corner_count >= BEGINS)
         return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%zu corners of lines, OpenGL draws fewer than %u",
                        corner_count, BEGINS);

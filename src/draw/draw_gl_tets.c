@@ -46,17 +46,12 @@ void tli_gl_projector_close(tli_gl *gl, tli_gl_projector *projector)
     *projector = (tli_gl_projector){0};
 }
 
-static bool has_light(const tl_volume_opts *opts)
-{
-    return opts->lit || opts->gradient_opacity > 0;
-}
-
 static tl_status add_gradients(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_volume *added)
 {
     tl_status st = TL_OK;
-    size_t count = has_light(&item->volume_opts) ? item->volume->vert_count : 1;
+    size_t count = tli_volume_has_light(&item->volume_opts) ? item->volume->vert_count : 1;
     float(*gradients)[4] = tl_mem_zalloc(ctx, count, sizeof *gradients, &st);
-    if (!st && has_light(&item->volume_opts))
+    if (!st && tli_volume_has_light(&item->volume_opts))
         tli_volume_gradients(&item->volume_opts, count, gradients);
     if (!st) st = tli_gl_table_fill(ctx, gl, &added->gradients, GL_RGBA32F, gradients, count);
     tl_mem_free(ctx, gradients);
@@ -125,7 +120,7 @@ static void set_light(GLuint program, const tl_volume_opts *o, const tli_frame *
         axes[3 + k] = (float)frame->up[k];
         axes[6 + k] = (float)frame->forward[k];
     }
-    tli_gl_set_int(program, "has_light", has_light(o));
+    tli_gl_set_int(program, "has_light", tli_volume_has_light(o));
     tli_gl_set_int(program, "dims", o->gradient_opacity > 0);
     glUniformMatrix3fv(glGetUniformLocation(program, "axes"), 1, GL_FALSE, axes);
     glUniform4f(glGetUniformLocation(program, "light"), o->lit ? (float)o->ambient : 1,

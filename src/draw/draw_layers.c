@@ -184,12 +184,17 @@ void tli_look_light(const tl_look *look, double cosine, float rgb[3])
     for (int k = 0; k < 3; k++) rgb[k] = (float)fmin((double)rgb[k] * color + white, 1);
 }
 
-double tli_frame_cosine(const tli_frame *frame, double px, double py, const double normal[3])
+void tli_frame_view(const tli_frame *frame, double px, double py, double view[3])
 {
-    double view[3], x = frame->parallel ? 0 : px / frame->scale;
-    double y = frame->parallel ? 0 : py / frame->scale;
+    double x = frame->parallel ? 0 : px / frame->scale, y = frame->parallel ? 0 : py / frame->scale;
     for (int k = 0; k < 3; k++)
         view[k] = frame->forward[k] + x * frame->right[k] + y * frame->up[k];
+}
+
+double tli_frame_cosine(const tli_frame *frame, double px, double py, const double normal[3])
+{
+    double view[3];
+    tli_frame_view(frame, px, py, view);
     double cosine = fabs(vec_dot(view, normal)) / (vec_length(view) * vec_length(normal));
     return cosine <= 1 ? cosine : 1;
 }

@@ -111,6 +111,9 @@ tl_status tli_cpu_draw(tl_ctx *ctx, tli_item *const *items, size_t item_count,
 void tli_look_color(const tl_look *look, double scalar, float rgb[3]);
 /* Light on a colour, in place: cosine of the angle between normal and view, 0 to 1. */
 void tli_look_light(const tl_look *look, double cosine, float rgb[3]);
+/* Direction, of any length, from the camera to a pixel's place (px, py) of the frame, in axes of
+ * the mesh. */
+void tli_frame_view(const tli_frame *frame, double px, double py, double view[3]);
 /* Cosine, 0 to 1, of the angle between a normal of any length, in axes of the mesh, and the view at
  * a pixel's place (px, py) of the frame; 1 for a normal without length. */
 double tli_frame_cosine(const tli_frame *frame, double px, double py, const double normal[3]);

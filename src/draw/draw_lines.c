@@ -300,12 +300,9 @@ static double sine_of(const lines *l, tl_lidx at, double px, double py)
     const tli_frame *f = l->frame;
     const tl_lidx *v = l->verts + at;
     double way[3], view[3], cross[3];
-    double x = f->parallel ? 0 : px / f->scale, y = f->parallel ? 0 : py / f->scale;
     vec_sub(l->poly->xyz + 3 * (size_t)v[1], l->poly->xyz + 3 * (size_t)v[0], way);
-    for (int k = 0; k < 3; k++) {
-        view[k] = f->forward[k] + x * f->right[k] + y * f->up[k];
-        way[k] /= f->unit;
-    }
+    for (int k = 0; k < 3; k++) way[k] /= f->unit;
+    tli_frame_view(f, px, py, view);
     vec_cross(way, view, cross);
     double sine = vec_length(cross) / (vec_length(way) * vec_length(view));
     return sine <= 1 ? sine : 1;
@@ -451,7 +448,7 @@ tl_status tli_layer_lines(tl_ctx *ctx, const tl_polydata *poly, const tl_look *l
                           const tl_line_opts *opts, const tli_frame *frame, tli_layer *layer)
 {
     tl_status st = TL_OK;
-    size_t corners = poly->cell_count ? poly->starts[poly->cell_count] : 0;
+    size_t corners = tli_corner_count(poly);
     lines *l = tl_mem_zalloc(ctx, 1, sizeof *l, &st);
     if (st) return st;
     *l = (lines){.poly = poly, .look = look, .opts = opts, .frame = frame};

@@ -21,11 +21,9 @@ static uint64_t add_bytes(uint64_t sum, const void *block, size_t count, size_t 
 
 static uint64_t sum_polydata(uint64_t sum, const tl_polydata *p)
 {
-    size_t corner_count = p->kind == TL_POLY_TRIANGLES ? 3 * p->cell_count : 0;
-    if (p->kind == TL_POLY_LINES && p->cell_count) corner_count = p->starts[p->cell_count];
     sum = add_bytes(sum, p->xyz, p->vert_count, 3 * sizeof *p->xyz);
     sum = add_bytes(sum, p->normals, p->vert_count, 3 * sizeof *p->normals);
-    sum = add_bytes(sum, p->corners, corner_count, sizeof *p->corners);
+    sum = add_bytes(sum, p->corners, tli_corner_count(p), sizeof *p->corners);
     return add_bytes(sum, p->starts, p->starts ? p->cell_count + 1 : 0, sizeof *p->starts);
 }
 

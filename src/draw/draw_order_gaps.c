@@ -123,27 +123,16 @@ static tl_status scan_face(scan *s, tl_lidx door)
                       &right) ||
         !rays_between(s, f->middle[1] - high[1], f->middle[1] - low[1], s->rows, &top, &bottom))
         return TL_OK;
-    for (uint32_t row = top; row <= bottom; row++)
+    for (uint32_t row = top; row <= bottom && !st; row++)
         for (uint32_t column = left; column <= right && !st; column++) {
-            double x[3], y[3], e[3], sum = 0, z = 0;
             double px = (double)column * s->step + 0.5 - f->middle[0];
             double py = f->middle[1] - (double)row * s->step - 0.5;
-            for (int i = 0; i < 3; i++) {
-                double w = f->parallel ? 1 : (double)v[i]->z;
-                x[i] = (double)v[i]->x - px * w;
-                y[i] = (double)v[i]->y - py * w;
-            }
-            for (int i = 0; i < 3; i++) {
-                int a = (i + 1) % 3, b = (i + 2) % 3;
-                e[i] = x[a] * y[b] - x[b] * y[a];
-                sum += e[i];
-                z += e[i] * (double)v[i]->z;
-            }
+            const tli_crossing c = tli_frame_cross(f, v, px, py);
+            const double *e = c.areas, z = c.depths / c.sum;
             bool in = e[0] >= 0 && e[1] >= 0 && e[2] >= 0,
                  out = e[0] <= 0 && e[1] <= 0 && e[2] <= 0;
-            if (sum == 0 || (!in && !out) || (!f->parallel && !(z / sum > 0))) continue;
-            st = add_hit(s, (uint64_t)row * s->columns + column, (float)(z / sum),
-                         2 * (door / 4) + !in);
+            if (c.sum == 0 || (!in && !out) || (!f->parallel && !(z > 0))) continue;
+            st = add_hit(s, (uint64_t)row * s->columns + column, (float)z, 2 * (door / 4) + !in);
         }
     return st;
 }

@@ -196,17 +196,13 @@ static const char *const POLY_NAMES[] = {"", "points", "lines", "triangles"};
 /* Corners and starts name what is there, so that no back end reads beyond an array. */
 static tl_status check_polydata(tl_ctx *ctx, const tl_polydata *p, tl_poly_kind kind)
 {
-    size_t corner_count = 0;
     if (p->kind != kind)
         return tl_fail(ctx, TL_ERR_ARG, "polydata of kind %d, expected %s", (int)p->kind,
                        POLY_NAMES[kind]);
-    if (kind == TL_POLY_TRIANGLES) corner_count = 3 * p->cell_count;
-    if (kind == TL_POLY_LINES && p->cell_count) {
-        for (size_t i = 0; i < p->cell_count; i++)
-            if (p->starts[i] > p->starts[i + 1])
-                return tl_fail(ctx, TL_ERR_ARG, "line %zu ends before it starts", i);
-        corner_count = p->starts[p->cell_count];
-    }
+    for (size_t i = 0; kind == TL_POLY_LINES && i < p->cell_count; i++)
+        if (p->starts[i] > p->starts[i + 1])
+            return tl_fail(ctx, TL_ERR_ARG, "line %zu ends before it starts", i);
+    size_t corner_count = tli_corner_count(p);
     for (size_t i = 0; i < corner_count; i++)
         if (p->corners[i] >= p->vert_count)
             return tl_fail(ctx, TL_ERR_ARG, "corner %zu of the %s is vertex %u of %zu", i,

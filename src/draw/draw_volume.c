@@ -103,10 +103,9 @@ tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volu
     if (!(opts->gradient_opacity >= 0) || !isfinite(opts->gradient_opacity))
         return tl_fail(ctx, TL_ERR_ARG, "a gradient opacity of %g, expected 0 or more",
                        opts->gradient_opacity);
-    if ((opts->lit || opts->gradient_opacity > 0) && !opts->gradients)
+    if (tli_volume_has_light(opts) && !opts->gradients)
         return tl_fail(ctx, TL_ERR_ARG,
-                       "a volume that is lit or has gradient opacity without "
-                       "gradients");
+                       "a volume that is lit or has gradient opacity without gradients");
     return tli_light_check(ctx, opts->ambient, opts->diffuse, opts->specular, opts->shininess);
 }
 
@@ -119,7 +118,7 @@ static tl_status open_light(tl_ctx *ctx, const tli_item *item, const tli_frame *
     tl_status st = TL_OK;
     const tl_volume_opts *o = &item->volume_opts;
     tli_cast *cast = &view->cast;
-    if (!o->lit && !(o->gradient_opacity > 0)) return TL_OK;
+    if (!tli_volume_has_light(o)) return TL_OK;
     view->gradients = tl_mem_alloc(ctx, item->volume->vert_count, sizeof *view->gradients, &st);
     if (st) return st;
     tli_volume_gradients(o, item->volume->vert_count, view->gradients);
