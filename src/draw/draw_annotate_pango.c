@@ -5,10 +5,14 @@
 
 #include "draw/draw_ticks.h"
 
-/* In heights of text, apart from the last two: in heights of the picture. */
+/* In heights of text. */
 static const double EDGE = 1, BAR_WIDTH = 1.1, GAP = 0.45, TICK = 0.35, LINE_HEIGHT = 1.5;
 static const double TITLE_SCALE = 1.35, NOTE_SCALE = 0.85, NUMBER_SCALE = 0.9;
-static const double BAR_LEAST = 0.12, BAR_MOST = 0.52;
+/* Lengths of bars in heights of the picture; of its width what the title of one may take. */
+static const double BAR_LEAST = 0.12, BAR_MOST = 0.52, BAR_MOST_OF_SEVERAL = 0.39;
+static const double TITLE_PART = 0.3;
+/* Lines of text that have room above a bar. */
+static const double BAR_LINES = 3;
 /* Height of text that numbers beside a bar keep from each other. */
 static const double NUMBER_ROOM = 2.6;
 /* Lines are so wide, in heights of text. */
@@ -45,7 +49,7 @@ static void draw_note(tli_canvas *canvas, const char *note, const tl_image *imag
 
 /* ---- scalar bars ---- */
 
-/* The place of a bar: its right edge, upper and lower end. */
+/* The edges of a bar, pixels. */
 typedef struct bar_place {
     double left, right, top, bottom;
 } bar_place;
@@ -120,7 +124,7 @@ static void draw_bar(tli_canvas *canvas, const tl_scalar_bar *bar, double top, d
     draw_colors(canvas, bar, &place);
     draw_frame(canvas, &place, LINE_WIDTH * text_px);
     draw_numbers(canvas, ticks, count, &place, text_px);
-    const tli_words title = {.text = bar->title, .scale = 1, .width_px = 0.3 * width};
+    const tli_words title = {.text = bar->title, .scale = 1, .width_px = TITLE_PART * width};
     const tli_words power = {.text = factor, .scale = NUMBER_SCALE};
     double above = top - GAP * text_px;
     if (exponent) {
@@ -135,9 +139,9 @@ static void draw_bars(tli_canvas *canvas, const tl_annotation *a, const tl_image
                       double text_px)
 {
     const double free = image->height - (2 * EDGE + LINE_HEIGHT * TITLE_SCALE) * text_px;
-    const double words = 3 * LINE_HEIGHT * text_px; /* above each */
-    double length = fmin(free / (double)a->bar_count - words, BAR_MOST * image->height);
-    if (a->bar_count > 1) length = fmin(length, BAR_MOST * 1.5 * image->height / 2);
+    const double words = BAR_LINES * LINE_HEIGHT * text_px; /* above each */
+    const double most = a->bar_count > 1 ? BAR_MOST_OF_SEVERAL : BAR_MOST;
+    double length = fmin(free / (double)a->bar_count - words, most * image->height);
     length = fmax(length, BAR_LEAST * image->height);
     double top = image->height / 2.0 - ((length + words) * (double)a->bar_count - words) / 2;
     for (size_t i = 0; i < a->bar_count; i++) {

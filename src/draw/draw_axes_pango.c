@@ -13,6 +13,8 @@
 /* In heights of text. */
 static const double LINE_WIDTH = 0.07, TICK = 0.35, GAP = 0.35, NUMBER_SCALE = 0.85;
 static const double NUMBER_ROOM = 4.5, AXIS_LEAST = 3;
+/* Numbers along an axis. */
+static const double NUMBERS_MOST = 8;
 /* Opacities of ink: edges behind, outer ones, those in front of what is seen. */
 static const double BEHIND = 0.35, OUTER = 0.55, FRONT = 0.18;
 /* Nearest place along the view that is drawn, as a part of the distance of what is looked at. */
@@ -216,7 +218,7 @@ static void draw_axis(tli_canvas *canvas, const double *bounds, const tli_frame 
     if (!away_from_box(bounds, frame, e, out)) return;
     project_edge(bounds, frame, e, from, to);
     const double length = hypot(to[0] - from[0], to[1] - from[1]) / text_px;
-    const size_t most = (size_t)fmin(fmax(2, length / NUMBER_ROOM), 8);
+    const size_t most = (size_t)fmin(fmax(2, length / NUMBER_ROOM), NUMBERS_MOST);
     const size_t count =
         tli_ticks(bounds[2 * e->axis], bounds[2 * e->axis + 1], most, ticks, &exponent);
     for (size_t i = 0; i < count; i++) {

@@ -75,7 +75,7 @@ enum { TLI_GL_COLUMNS = 4096 };
 /* Numbers for shaders; {0} is empty. */
 typedef struct tli_gl_table {
     GLuint texture;
-    size_t rows, bytes;
+    size_t bytes;
 } tli_gl_table;
 /* Fills a table anew with items [item_count] of format GL_RGBA32F, GL_R32F, GL_RGBA32UI or
  * GL_R32UI. TL_ERR_UNSUPPORTED for more than textures hold. */

@@ -45,7 +45,6 @@ tl_status tli_gl_table_fill(tl_ctx *ctx, tli_gl *gl, tli_gl_table *table, GLenum
                      as.type, NULL);
         gl->bytes += rows * TLI_GL_COLUMNS * as.bytes - table->bytes;
         table->bytes = rows * TLI_GL_COLUMNS * as.bytes;
-        table->rows = rows;
     }
     if (full)
         glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, TLI_GL_COLUMNS, (GLsizei)full, as.format, as.type,
@@ -86,12 +85,12 @@ static void make_parts(tli_gl_target *target, int parts)
     if (parts & TLI_GL_COLOR) {
         target->color = make_sheet(GL_RGBA32F, width, height);
         glFramebufferTexture2D(GL_FRAMEBUFFER, places[0], GL_TEXTURE_2D, target->color, 0);
-        target->bytes += 16 * pixels;
+        target->bytes += layout_of(GL_RGBA32F).bytes * pixels;
     }
     if (parts & TLI_GL_DEPTH) {
         target->depth = make_sheet(GL_R32F, width, height);
         glFramebufferTexture2D(GL_FRAMEBUFFER, places[1], GL_TEXTURE_2D, target->depth, 0);
-        target->bytes += 4 * pixels;
+        target->bytes += layout_of(GL_R32F).bytes * pixels;
     }
     if (parts == (TLI_GL_COLOR | TLI_GL_DEPTH)) {
         glGenRenderbuffers(1, &target->order);
@@ -100,7 +99,7 @@ static void make_parts(tli_gl_target *target, int parts)
                               (GLsizei)height);
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
                                   target->order);
-        target->bytes += 4 * pixels;
+        target->bytes += sizeof(float) * pixels;
     }
     const GLenum drawn[] = {parts & TLI_GL_COLOR ? places[0] : GL_NONE,
                             parts & TLI_GL_DEPTH ? places[1] : GL_NONE};

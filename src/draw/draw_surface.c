@@ -15,13 +15,13 @@ typedef struct surface {
 } surface;
 
 /* A triangle on its way into a tile. */
-typedef struct pieces {
+typedef struct triangle {
     const tl_lidx *corners;
     double z[3];
     double planes[3][3]; /* [i] of the edge opposite to corner i; positive inside */
     bool owns[3];        /* pixels just on the edge belong to this triangle */
-    double normal[3];    /* of the plane, mesh units */
-} pieces;
+    double normal[3];    /* of the plane, of any length */
+} triangle;
 
 static bool box(const void *data, size_t piece, double low[2], double high[2])
 {
@@ -33,7 +33,7 @@ static bool box(const void *data, size_t piece, double low[2], double high[2])
     return tli_frame_box(s->frame, (const double(*)[3])places, 3, low, high);
 }
 
-static bool set_up(const surface *s, size_t piece, pieces *t)
+static bool set_up(const surface *s, size_t piece, triangle *t)
 {
     double p[3][3], det;
     t->corners = s->triangles->corners + 3 * piece;
@@ -55,7 +55,7 @@ static bool set_up(const surface *s, size_t piece, pieces *t)
     return true;
 }
 
-static void set_normal(const surface *s, pieces *t)
+static void set_normal(const surface *s, triangle *t)
 {
     double a[3], b[3];
     const double *xyz = s->triangles->xyz, *from = xyz + 3 * (size_t)t->corners[0];
@@ -69,8 +69,8 @@ static void set_normal(const surface *s, pieces *t)
 }
 
 /* Colour and opacity at a pixel; weights of the corners. */
-static void shade(const surface *s, const pieces *t, double px, double py, const double weights[3],
-                  float rgba[4])
+static void shade(const surface *s, const triangle *t, double px, double py,
+                  const double weights[3], float rgba[4])
 {
     const tl_look *look = s->look;
     double scalar = 0, normal[3] = {0, 0, 0};
@@ -103,7 +103,7 @@ static bool clip_box(const surface *s, size_t piece, const tli_tile *tile, uint3
 }
 
 /* True if the whole of a box lies outside of an edge. */
-static bool misses(const pieces *t, const tli_tile *tile, const uint32_t low[2],
+static bool misses(const triangle *t, const tli_tile *tile, const uint32_t low[2],
                    const uint32_t high[2])
 {
     for (int i = 0; i < 3; i++) {
@@ -118,7 +118,7 @@ static bool misses(const pieces *t, const tli_tile *tile, const uint32_t low[2],
 static void draw(const void *data, size_t piece, tli_tile *tile)
 {
     const surface *s = data;
-    pieces t;
+    triangle t;
     uint32_t low[2], high[2];
     if (!clip_box(s, piece, tile, low, high) || !set_up(s, piece, &t)) return;
     if (misses(&t, tile, low, high)) return;

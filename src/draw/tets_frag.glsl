@@ -65,7 +65,7 @@ vec4 mean_at(float value)
 /* A thick piece between two values, in parts that are thin. */
 vec4 in_parts(float a, float b, float depth, float len)
 {
-        vec4 seen = vec4(0.0);
+    vec4 seen = vec4(0.0);
     float count = min(ceil(depth / step_depth), PARTS_MAX);
     integrals before = sums_at(a);
     for (float i = 1.0; i <= count && seen.a < opacity_end; i += 1.0) {
@@ -84,7 +84,7 @@ vec4 piece(float a, float b, float len)
     bool same = abs(rise) <= SAME_VALUE;
     vec4 change = same ? mean_at(b) : difference(sums_at(b), sums_at(a));
     float depth = change.a / (same ? 1.0 : rise) * len;
-        if (!(depth > 0.0)) return vec4(0.0);
+    if (!(depth > 0.0)) return vec4(0.0);
     if (depth > step_depth && !same) return in_parts(a, b, depth, len);
     float weight = depth > step_depth ? 1.0 - exp(-depth) : absorbed(depth);
     return vec4(lit(change.rgb / change.a) * weight, weight);
