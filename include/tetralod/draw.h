@@ -27,8 +27,8 @@ typedef struct tl_image {
 TL_API tl_status tl_image_create(tl_ctx *ctx, uint32_t width, uint32_t height, tl_image **image);
 /* NULL is allowed. */
 TL_API void tl_image_destroy(tl_ctx *ctx, tl_image *image);
-/* Means of squares of factor x factor pixels; factor divides both sides. Gives *small. TL_ERR_ARG
- */
+/* Means of squares of factor x factor pixels; factor divides both sides, else TL_ERR_ARG. Gives
+ * *small. */
 TL_API tl_status tl_image_reduce(tl_ctx *ctx, const tl_image *image, uint32_t factor,
                                  tl_image **small);
 /* Puts the picture in front of a colour (sRGB, 0 to 1); it is opaque then. NULL: white. */
@@ -135,7 +135,8 @@ typedef struct tl_renderer tl_renderer;
 /* A thing in a renderer; 0: none. Numbers are not used again. */
 typedef uint32_t tl_item;
 
-/* Gives *renderer. TL_ERR_UNSUPPORTED for TL_RENDERER_GL where there is none. */
+/* Gives *renderer. TL_ERR_UNSUPPORTED for TL_RENDERER_GL where there is none; TL_ERR_ARG for
+ * TL_RENDERER_GL_CURRENT without a current context, and for a kind that is none. */
 TL_API tl_status tl_renderer_create(tl_ctx *ctx, tl_renderer_kind kind, tl_renderer **renderer);
 /* Removes what is in it. NULL is allowed. ctx as it was made with, here and below. */
 TL_API void tl_renderer_destroy(tl_ctx *ctx, tl_renderer *renderer);
@@ -214,7 +215,8 @@ TL_API tl_status tl_renderer_add_points(tl_ctx *ctx, tl_renderer *renderer,
 TL_API tl_status tl_renderer_add_slices(tl_ctx *ctx, tl_renderer *renderer, const tl_mesh *mesh,
                                         const double *scalar, const double *values,
                                         size_t value_count, const tl_look *look, tl_item *item);
-/* Moves slices to other values. TL_ERR_ARG for an item that is none. */
+/* Moves slices to other values [value_count], which are copied. TL_ERR_ARG for an item that is none
+ * of slices, or values that are not finite, none, or too many; the old ones stay then. */
 TL_API tl_status tl_renderer_set_slices(tl_ctx *ctx, tl_renderer *renderer, tl_item item,
                                         const double *values, size_t value_count);
 /* 0 and numbers of things that were removed are allowed. */
@@ -222,9 +224,10 @@ TL_API void tl_renderer_remove(tl_ctx *ctx, tl_renderer *renderer, tl_item item)
 
 /* Draws all things in front of what the picture holds, up to its depth: the nearest opaque ones,
  * before them translucent ones in order of depth, with what the volume has in between (Cignoni et
- * al. 1997, V). At equal depth the thing added last is in front, and
- * translucent ones are before opaque ones. Depth becomes that of the nearest
- * opaque thing. TL_ERR_ARG as of tl_draw_volume. */
+ * al. 1997, V). At equal depth the thing added last is in front, and translucent ones are before
+ * opaque ones. Depth becomes that of the nearest opaque thing. TL_ERR_ARG as of tl_draw_volume, and
+ * of TL_RENDERER_NULL for a thing that changed; of GL TL_ERR_UNSUPPORTED for more than the card
+ * draws, TL_ERR_IO for a context that is lost. */
 TL_API tl_status tl_renderer_draw(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
                                   tl_image *image);
 
@@ -263,14 +266,16 @@ TL_API tl_annotation tl_annotation_defaults(void);
  * a build without pango. */
 TL_API tl_status tl_draw_annotation(tl_ctx *ctx, const tl_annotation *annotation,
                                     const tl_camera *camera, tl_image *image);
-/* The part of a picture that annotation leaves free: left, right, bottom, top, from -1 to 1. */
+/* The part of a picture of width x height pixels, above 0, that annotation leaves free: left,
+ * right, bottom, top, from -1 to 1. */
 TL_API void tl_annotation_window(const tl_annotation *annotation, uint32_t width, uint32_t height,
                                  double window[4]);
 
 /* Moves a camera, whose directions stay, so that points [point_count][3] fill a window of its
- * picture (left, right, bottom, top, -1 to 1) as far as possible; of a parallel view the scale
+ * picture (left < right, bottom < top, -1 to 1) as far as possible; of a parallel view the scale
  * changes, too. zoom above 0: above 1 only their middle is seen, by a smaller view angle. The focal
- * point moves along. */
+ * point moves along. A camera without directions stays where it is, as does one for no points or
+ * points that are not finite. */
 TL_API void tl_camera_fit_points(tl_camera *camera, const double *points, size_t point_count,
                                  const double window[4], double zoom);
 
