@@ -226,13 +226,12 @@ static void show_points(cli_shade *shade)
     }
 }
 
+/* The points of a file are read already. */
 static int take_colors(cli_session *session, const char *file, const sample *samples, size_t count,
                        cli_shade *shade)
 {
     cli_points *points = &shade->points;
     const char *map = cli_get(session, CLI_COLORMAP)->text;
-    int failed = file ? cli_points_read(session->ctx, file, points) : CLI_DONE;
-    if (failed) return failed;
     if (file) {
         shade->range[0] = points->colors[0].value;
         shade->range[1] = points->colors[points->color_count - 1].value;
@@ -336,7 +335,9 @@ int cli_shade_create(cli_session *session, tl_mesh *mesh, const char *name, cons
     if (st) return cli_fail(session, session->ctx, st);
     snprintf(s->name, sizeof s->name, "%s", name);
     s->logarithmic = logarithmic;
-    failed = fill(session, mesh, file, s);
+    if (file) failed = cli_points_read(session->ctx, file, logarithmic, &s->points);
+    s->logarithmic |= s->points.logarithmic;
+    if (!failed) failed = fill(session, mesh, file, s);
     if (!failed) {
         st = tl_transfer_create(session->ctx, s->points.colors, s->points.color_count,
                                 s->points.opacities, s->points.opacity_count,
@@ -362,6 +363,7 @@ int cli_shade_write(const cli_shade *shade, const char *path)
     json_t *list = json_array(), *map = cli_json_item(list);
     cli_json_text(map, "ColorSpace", "RGB");
     cli_json_text(map, "Name", shade->name);
+    if (shade->logarithmic) cli_json_count(map, "UseLogScale", 1);
     json_t *points = cli_json_list(map, "Points");
     for (size_t i = 0; i < shade->points.opacity_count; i++) {
         const tl_opacity_point *p = &shade->points.opacities[i];

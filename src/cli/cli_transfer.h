@@ -4,19 +4,22 @@
 
 #include "cli_session.h"
 
-enum { CLI_POINTS_MAX = 1024 };
+enum { CLI_POINTS_MAX = 4096 };
 
 /* Control points on their way to a tl_transfer. */
 typedef struct cli_points {
     tl_color_point colors[CLI_POINTS_MAX];
     tl_opacity_point opacities[CLI_POINTS_MAX];
     size_t color_count, opacity_count;
+    bool logarithmic; /* the file asks for a logarithmic scale */
 } cli_points;
 
 /* Reads ParaView's JSON (a list of colour maps, of which the first is taken; commas before a
- * closing bracket are forgiven): RGBPoints, Points. Opacities stay empty if it has none. Returns an
- * exit status; the message is out already. */
-int cli_points_read(tl_ctx *ctx, const char *path, cli_points *points);
+ * closing bracket are forgiven): ColorSpace and RGBPoints; Points with midpoint and sharpness, of
+ * which opacities stay empty if there are none; UseLogScale, HSVWrap. Ways that are not straight
+ * become many points; on a logarithmic scale they are straight in the logarithm. Fills *points,
+ * which are zeros. Returns an exit status; the message is out already. */
+int cli_points_read(tl_ctx *ctx, const char *path, bool logarithmic, cli_points *points);
 
 /* The colour map name over a range; false for an unknown name. */
 bool cli_points_map(const char *name, const double range[2], cli_points *points);
