@@ -155,11 +155,6 @@ static inline double hills(const double x[3])
     return exp(-12 * a) + 0.7 * exp(-20 * b);
 }
 
-static inline double height(const double x[3])
-{
-    return x[2];
-}
-
 static inline tl_transfer *colored(tl_ctx *ctx, bool sharp)
 {
     static const tl_color_point colors[4] = {

@@ -21,6 +21,18 @@ static inline tl_camera make_camera(bool parallel)
     return c;
 }
 
+/* Fields: as high as the place, and one everywhere. */
+static inline double make_height(const double x[3])
+{
+    return x[2];
+}
+
+static inline double make_quarter(const double x[3])
+{
+    (void)x;
+    return 0.25;
+}
+
 /* White fog whose extinction is linear from one value to another. */
 static inline tl_transfer *make_fog(tl_ctx *ctx, double low, double low_extinction, double high,
                                     double high_extinction)

@@ -95,7 +95,7 @@ static void linear_fields(void **state)
     tl_ctx *ctx;
     if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
     make_mesh m = make_grid(12);
-    solid s = open_solid(ctx, &m, height);
+    solid s = open_solid(ctx, &m, make_height);
     tl_transfer *t = make_fog(ctx, 0, 0.2, 1, 3.2);
     scene drawn = {.mesh = s.mesh, .scalar = s.scalar, .volume = s.volume, .transfer = t};
     for (int look = 0; look < 4; look++) { /* parallel and not, outside and half way inside */
@@ -113,19 +113,13 @@ static void linear_fields(void **state)
     check_ctx_destroy(ctx);
 }
 
-static double constant(const double x[3])
-{
-    (void)x;
-    return 0.25;
-}
-
 static void fog_has_its_depth(void **state)
 {
     (void)state;
     tl_ctx *ctx;
     if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
     make_mesh m = make_grid(9);
-    solid s = open_solid(ctx, &m, constant);
+    solid s = open_solid(ctx, &m, make_quarter);
     for (double extinction = 0.01; extinction < 20; extinction *= 3) {
         tl_transfer *t = make_fog(ctx, 0, extinction, 1, extinction);
         scene drawn = {.mesh = s.mesh, .scalar = s.scalar, .volume = s.volume, .transfer = t};
@@ -146,7 +140,7 @@ static void pictures_keep_what_they_hold(void **state)
     tl_ctx *ctx;
     if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
     make_mesh m = make_grid(9);
-    solid s = open_solid(ctx, &m, height);
+    solid s = open_solid(ctx, &m, make_height);
     tl_transfer *t = make_fog(ctx, 0, 0.2, 1, 3.2);
     tl_polydata sphere = make_sphere(40, CENTER, 0.3);
     scene drawn = {.mesh = s.mesh, .scalar = s.scalar, .volume = s.volume, .transfer = t};
@@ -283,16 +277,33 @@ static void other_contexts(void **state)
     CHECK(view[0] == 1 && view[1] == 2 && view[2] == 3 && view[3] == 4);
     CHECK(psnr(first, image) >= 2 * ALIKE);
     tl_renderer_destroy(ctx, guest);
-    /* one that outlives its context: what it has in memory is given back all the same */
-    CHECK_OK(ctx, tl_renderer_create(ctx, TL_RENDERER_GL_CURRENT, &guest));
-    const double level = 0.5;
-    CHECK_OK(ctx, tl_renderer_add_slices(ctx, guest, s.mesh, s.scalar, &level, 1, NULL, NULL));
     CHECK_OK(ctx, tli_gl_end(ctx, host, TL_OK));
-    tl_renderer_destroy(ctx, guest);
     tli_gl_close(ctx, host);
     tl_image_destroy(ctx, image);
     tl_image_destroy(ctx, first);
     tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
+    check_ctx_destroy(ctx);
+}
+
+/* What a renderer has in memory is given back also when the viewer's context is gone. */
+static void renderers_outlive_their_context(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    make_mesh m = perturbed(9, false);
+    solid s = open_solid(ctx, &m, hills);
+    const double level = 0.5;
+    tli_gl *host = NULL;
+    tl_renderer *guest = NULL;
+    CHECK_OK(ctx, tli_gl_open(ctx, TLI_GL_ANY, &host));
+    CHECK_OK(ctx, tli_gl_begin(ctx, host));
+    CHECK_OK(ctx, tl_renderer_create(ctx, TL_RENDERER_GL_CURRENT, &guest));
+    CHECK_OK(ctx, tl_renderer_add_slices(ctx, guest, s.mesh, s.scalar, &level, 1, NULL, NULL));
+    CHECK_OK(ctx, tli_gl_end(ctx, host, TL_OK));
+    tli_gl_close(ctx, host);
+    tl_renderer_destroy(ctx, guest);
     close_solid(ctx, &s);
     check_ctx_destroy(ctx);
 }
@@ -312,6 +323,7 @@ int main(void)
         cmocka_unit_test(renderers_side_by_side),
 #if TETRALOD_WITH_GL
         cmocka_unit_test(other_contexts),
+        cmocka_unit_test(renderers_outlive_their_context),
 #endif
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

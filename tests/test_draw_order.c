@@ -6,6 +6,7 @@
 
 #include "check_ctx.h"
 #include "make_mesh.h"
+#include "make_scene.h"
 
 enum { SIDE = 24, ON_RAY_MAX = 256 };
 /* Pieces of rays shorter than this, mesh units, are rounding. */
@@ -19,19 +20,13 @@ typedef struct scene {
     tli_vert *verts;
 } scene;
 
-static double nothing(const double x[3])
-{
-    (void)x;
-    return 0.5;
-}
-
 static scene open_scene(tl_ctx *ctx, const make_mesh *m, double azimuth, double elevation,
                         bool parallel)
 {
     static const tl_color_point white = {0, {1, 1, 1}};
     static const tl_opacity_point fog = {0, 0.5};
     static const double bounds[6] = {0, 1, 0, 1, 0, 1};
-    scene s = {.mesh = make_object(ctx, m, nothing)};
+    scene s = {.mesh = make_object(ctx, m, make_quarter)};
     tl_image *image = NULL;
     tl_camera camera = tl_camera_fit(bounds, azimuth, elevation, 1.2, SIDE, SIDE);
     camera.parallel_scale = parallel ? 0.7 : 0;

@@ -6,11 +6,7 @@
 
 #include "check_ctx.h"
 #include "make_mesh.h"
-
-static double height(const double x[3])
-{
-    return x[2];
-}
+#include "make_scene.h"
 
 static tl_renderer *open_null(tl_ctx *ctx)
 {
@@ -132,7 +128,7 @@ static void slices_and_volumes(void **state)
     tl_ctx *ctx = check_ctx_create(1);
     tl_renderer *r = open_null(ctx);
     make_mesh m = make_grid(3);
-    tl_mesh *mesh = make_object(ctx, &m, height);
+    tl_mesh *mesh = make_object(ctx, &m, make_height);
     const double *scalar = tl_mesh_channel(mesh, 0)->values;
     double values[2] = {0.25, 0.5}, wrong[2] = {0.5, (double)NAN};
     static const tl_color_point color = {0, {1, 1, 1}};

@@ -151,12 +151,6 @@ static void sheets_that_cross(void **state)
     check_ctx_destroy(ctx);
 }
 
-static double quarter(const double x[3])
-{
-    (void)x;
-    return 0.25;
-}
-
 /* A cube of white fog with sheets in it, across it, and one behind, opaque. */
 typedef struct scene {
     tl_ctx *ctx;
@@ -177,7 +171,7 @@ static void open_scene(scene *s, unsigned threads, double extinction, const doub
     tl_volume_opts opts = tl_volume_opts_defaults();
     opts.opacity_end = 1;
     make_shuffle(&s->grid, 5);
-    s->mesh = make_object(s->ctx, &s->grid, quarter);
+    s->mesh = make_object(s->ctx, &s->grid, make_quarter);
     s->fog = make_fog(s->ctx, 0, extinction, 1, extinction);
     s->renderer = picture_renderer(s->ctx);
     CHECK_OK(s->ctx, tl_volume_create(s->ctx, s->mesh, NULL, &s->volume));

@@ -40,17 +40,6 @@ static double middle(const tl_image *image)
     return (double)c[3];
 }
 
-static double height(const double x[3])
-{
-    return x[2];
-}
-
-static double nothing(const double x[3])
-{
-    (void)x;
-    return 0.25;
-}
-
 static void fog_has_its_depth(void **state)
 {
     (void)state;
@@ -61,7 +50,7 @@ static void fog_has_its_depth(void **state)
         tl_camera camera = make_camera(parallel);
         for (double extinction = 0.01; extinction < 20; extinction *= 3) {
             tl_transfer *t = make_fog(ctx, 0, extinction, 1, extinction);
-            tl_image *image = draw(ctx, &m, nothing, t, &camera, INFINITY);
+            tl_image *image = draw(ctx, &m, make_quarter, t, &camera, INFINITY);
             CHECK_NEAR(middle(image), -expm1(-extinction), 3e-5);
             CHECK(image->rgba[3] == 0); /* the corner sees nothing */
             tl_image_destroy(ctx, image);
@@ -84,26 +73,26 @@ static void linear_fields_are_exact(void **state)
             m.xyz[3 * v + (size_t)k] = fmin(fmax(m.xyz[3 * v + (size_t)k], 0), 1);
     tl_camera camera = make_camera(true);
     tl_transfer *t = make_fog(ctx, 0, 0.2, 1, 3.2);
-    tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+    tl_image *image = draw(ctx, &m, make_height, t, &camera, INFINITY);
     CHECK_NEAR(middle(image), -expm1(-1.7), 2e-3 * 1.7); /* the sides moved inwards by 0.002 */
     tl_image_destroy(ctx, image);
     make_release(&m);
     m = make_grid(12);
-    image = draw(ctx, &m, height, t, &camera, INFINITY);
+    image = draw(ctx, &m, make_height, t, &camera, INFINITY);
     CHECK_NEAR(middle(image), -expm1(-1.7), 3e-5);
     tl_image_destroy(ctx, image);
     /* half way: 0.2 / 2 + 3 / 8 */
-    image = draw(ctx, &m, height, t, &camera, 2.5F);
+    image = draw(ctx, &m, make_height, t, &camera, 2.5F);
     CHECK_NEAR(middle(image), -expm1(-0.475), 3e-5);
     tl_image_destroy(ctx, image);
     /* from inside, at half way: the rest */
     camera.position[2] = 0.5;
     camera.focal_point[2] = 1;
-    image = draw(ctx, &m, height, t, &camera, INFINITY);
+    image = draw(ctx, &m, make_height, t, &camera, INFINITY);
     CHECK_NEAR(middle(image), -expm1(-1.225), 3e-5);
     camera.parallel_scale = 0;
     tl_image_destroy(ctx, image);
-    image = draw(ctx, &m, height, t, &camera, INFINITY);
+    image = draw(ctx, &m, make_height, t, &camera, INFINITY);
     CHECK_NEAR(middle(image), -expm1(-1.225), 3e-5);
     CHECK(image->rgba[3] > 0); /* fog all around */
     tl_image_destroy(ctx, image);
@@ -121,8 +110,8 @@ static void cavities_are_empty(void **state)
     tl_camera camera = make_camera(true);
     camera.parallel_scale = MAKE_SIDE / (2.0 * (MAKE_SIDE - 2)); /* the cube covers whole pixels */
     tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
-    tl_image *a = draw(ctx, &full, nothing, t, &camera, INFINITY);
-    tl_image *b = draw(ctx, &hollow, nothing, t, &camera, INFINITY);
+    tl_image *a = draw(ctx, &full, make_quarter, t, &camera, INFINITY);
+    tl_image *b = draw(ctx, &hollow, make_quarter, t, &camera, INFINITY);
     double volumes[2] = {0}, depths[2] = {0};
     const make_mesh *meshes[2] = {&full, &hollow};
     const tl_image *images[2] = {a, b};
@@ -163,8 +152,8 @@ static void same_for_all_threads(void **state)
     for (unsigned threads = 1; threads <= 4; threads++) {
         tl_ctx *ctx = check_ctx_create(threads);
         tl_transfer *t = make_fog(ctx, 0, 0, 1, 8);
-        tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
-        if (!first) first = draw(one, &m, height, t, &camera, INFINITY);
+        tl_image *image = draw(ctx, &m, make_height, t, &camera, INFINITY);
+        if (!first) first = draw(one, &m, make_height, t, &camera, INFINITY);
         CHECK(picture_same(first, image));
         tl_image_destroy(ctx, image);
         tl_transfer_destroy(ctx, t);
@@ -229,7 +218,7 @@ static void clear_values_change_nothing(void **state)
             tl_transfer_at(t, at, rgb, &extinction);
             sum += step * extinction;
         }
-        tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+        tl_image *image = draw(ctx, &m, make_height, t, &camera, INFINITY);
         CHECK_NEAR(middle(image), -expm1(-sum), 1e-4);
         tl_image_destroy(ctx, image);
         tl_transfer_destroy(ctx, t);
@@ -245,7 +234,7 @@ static void same_for_all_kernels(void **state)
     tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(14);
     make_perturb(&m, 0.004, 9);
-    tl_mesh *mesh = make_object(ctx, &m, height);
+    tl_mesh *mesh = make_object(ctx, &m, make_height);
     tl_camera camera = make_camera(false);
     tl_transfer *t = make_fog(ctx, 0.2, 0, 0.9, 30);
     tli_item item = {.scalar = tl_mesh_channel(mesh, 0)->values, .transfer = t};
@@ -308,7 +297,7 @@ static void light_on_fog(void **state)
             opts.specular = 0.1;
             opts.shininess = 5;
             double expected = opts.ambient + opts.diffuse * cosine + 0.1 * pow(cosine, 5);
-            tl_image *image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+            tl_image *image = draw_with(ctx, &m, make_height, t, &camera, INFINITY, opts);
             const float *c = picture_middle(image);
             CHECK_NEAR((double)c[3], -expm1(-1.5), 3e-5);
             CHECK_NEAR((double)c[0] / (double)c[3], fmin(expected, 1), 3e-4);
@@ -316,22 +305,36 @@ static void light_on_fog(void **state)
             /* a third of the extinction */
             opts.lit = false;
             opts.gradient_opacity = 3e-20;
-            image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+            image = draw_with(ctx, &m, make_height, t, &camera, INFINITY, opts);
             CHECK_NEAR(middle(image), -expm1(-0.5), 3e-5);
             tl_image_destroy(ctx, image);
             opts.gradient_opacity = 1e-21; /* full */
-            image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+            image = draw_with(ctx, &m, make_height, t, &camera, INFINITY, opts);
             CHECK_NEAR(middle(image), -expm1(-1.5), 3e-5);
             tl_image_destroy(ctx, image);
         }
-    /* gradients that are none: nothing is seen there */
+    free(gradients);
+    tl_transfer_destroy(ctx, t);
+    make_release(&m);
+    check_ctx_destroy(ctx);
+}
+
+/* Nothing is seen there. */
+static void gradients_that_are_none(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(2);
+    make_mesh m = make_grid(9);
+    tl_transfer *t = make_fog(ctx, 0, 1.5, 1, 1.5);
+    double *gradients = malloc(3 * m.vert_count * sizeof *gradients);
+    if (!gradients) abort();
     for (size_t i = 0; i < 3 * m.vert_count; i++) gradients[i] = (double)(i % 2 ? NAN : INFINITY);
     tl_camera camera = make_camera(false);
     tl_volume_opts opts = tl_volume_opts_defaults();
     opts.gradients = gradients;
     opts.lit = true;
     opts.gradient_opacity = 1;
-    tl_image *image = draw_with(ctx, &m, height, t, &camera, INFINITY, opts);
+    tl_image *image = draw_with(ctx, &m, make_height, t, &camera, INFINITY, opts);
     for (size_t i = 0; i < (size_t)MAKE_SIDE * MAKE_SIDE * 4; i++) CHECK(image->rgba[i] == 0);
     tl_image_destroy(ctx, image);
     free(gradients);
@@ -366,7 +369,7 @@ static void empty_meshes_show_nothing(void **state)
     make_mesh m = make_room(3, 0);
     tl_camera camera = make_camera(false);
     tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
-    tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+    tl_image *image = draw(ctx, &m, make_height, t, &camera, INFINITY);
     for (size_t i = 0; i < (size_t)MAKE_SIDE * MAKE_SIDE * 4; i++) CHECK(image->rgba[i] == 0);
     tl_image_destroy(ctx, image);
     tl_transfer_destroy(ctx, t);
@@ -384,11 +387,11 @@ static void hostile_meshes(void **state)
     m.xyz[9] = (double)INFINITY;
     tl_camera camera = make_camera(false);
     tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
-    tl_image *image = draw(ctx, &m, height, t, &camera, INFINITY);
+    tl_image *image = draw(ctx, &m, make_height, t, &camera, INFINITY);
     for (size_t i = 0; i < (size_t)MAKE_SIDE * MAKE_SIDE * 4; i++) CHECK(image->rgba[i] >= 0);
     tl_image_destroy(ctx, image);
     camera.size_px[0] = 7;
-    tl_mesh *mesh = make_object(ctx, &m, height);
+    tl_mesh *mesh = make_object(ctx, &m, make_height);
     tl_volume *volume = NULL;
     CHECK_OK(ctx, tl_volume_create(ctx, mesh, NULL, &volume));
     CHECK_OK(ctx, tl_image_create(ctx, MAKE_SIDE, MAKE_SIDE, &image));
@@ -444,6 +447,7 @@ int main(void)
         cmocka_unit_test(clear_values_change_nothing),
         cmocka_unit_test(same_for_all_kernels),
         cmocka_unit_test(light_on_fog),
+        cmocka_unit_test(gradients_that_are_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
