@@ -130,6 +130,13 @@ def errors_at(points, originals, mesh, values, reach):
     return errors
 
 
+def errors_in(centres, originals, mesh, values, reach):
+    """The same of original centroids and values on tets: each tet by itself, with its value at all of its corners."""
+    corners, tets = mesh
+    apart = corners[tets].reshape(-1, 3), np.arange(4 * len(tets)).reshape(-1, 4)
+    return errors_at(centres, originals, apart, np.repeat(values, 4, axis=0), reach)
+
+
 def heat(points, step):
     return np.exp(-((points - [0.25 + 0.15 * step, 0.5, 0.5])**2).sum(axis=1) / 0.03).astype(np.float32)
 
@@ -405,12 +412,89 @@ class Adding(Moving):
         write_vtu(fewer, self.points, self.tets[1:], [("other", heat(points, 1))])
         for words, said, status in (((moved,), "another mesh", 1), ((fewer,), "another mesh", 1),
                                     ((self.pvd, "--steps", "0", "--channels", "heat"), "at step 0 already", 1),
-                                    ((self.pvd, "--steps", "1"), "'rank' is on cells", 1),
                                     ((self.files[1], "--channels", "cold"), "no channel 'cold'", 1),
                                     ((self.files[1], "-o", "x.tlod"), "--add-channel", 2)):
             done = self.add(model, *words)
             self.assertEqual((done.returncode, said in done.stderr), (status, True), done.stderr)
             self.assertEqual(self.bytes_of(model), before)
+
+    def cells(self, name, points, tets):
+        """A file with channels on cells and the heat of step 0; gives names and values of the former."""
+        centres = points[tets].mean(axis=1)
+        data = [("kind", (10 * centres[:, 0]).astype(np.int32)), ("density", heat(centres, 2)), ("flux", np.stack([np.sin(4 * centres[:, 1]), centres[:, 2], centres[:, 0]**2], axis=1))]
+        write_vtu(self.path(name), points, tets, [("heat", heat(points, 0))], data)
+        return dict(data)
+
+    CELLS = ("--channels", "kind,density,flux")
+
+    def assert_promised(self, said, out, centres, data):
+        """By brute force at every third centroid."""
+        corners, tets, arrays = read_vtu(out)
+        for name, values in data.items():
+            promised = next(b["error"] for b in said["bounds_promised"] if b["channel"] == name)
+            measured = errors_in(centres[::3], values[::3], (corners, tets), arrays[name], said["boundary_error"] + 2e-5).max()
+            self.assertLessEqual(measured, promised * (1 + 1e-6), name)
+
+    def test_added_cells_keep_their_promises(self):
+        model, out = self.fresh("cells.tlod"), self.path("cells_out.vtu")
+        data = self.cells("cells.vtu", self.points, self.tets)
+        centres = self.points[self.tets].mean(axis=1)
+        done = self.add(model, self.path("cells.vtu"), *self.CELLS)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([(c["name"], c["on"]) for c in self.info("cells.tlod")["channels"][1:]], [(name, "tet") for name in data])
+        for how in (("--full",), ("--level", "2"), ("--error", "density=10%")):
+            done = run("extract", model, "-o", out, *how, "--ascii", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            said = json.loads(done.stdout)
+            self.assert_promised(said, out, centres, data)
+            if how[0] == "--full":
+                self.assertEqual({b["channel"]: b["error"] < 1e-3 for b in said["bounds_promised"]}, dict.fromkeys(("heat", *data), True))
+        for words in ((), ("--against", self.path("cells.vtu"), "--cuts", "6")):
+            done = run("check", model, *words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_added_cells_are_those_of_a_build(self):
+        """The finest values are the same bit by bit, the errors of coarse levels near."""
+        model = self.fresh("cells_added.tlod")
+        self.cells("cells.vtu", self.points, self.tets)
+        done = self.add(model, self.files[1], "--as-step", "1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.build("cells_built.tlod", self.pvd, "--steps", "0,1", "--steer", "0", "--segment-tets", "1200", "--patch-tets", "300")
+        found = []
+        for name in ("cells_added.tlod", "cells_built.tlod"):
+            out = self.path("finest.vtu")
+            self.assertEqual(run("extract", self.path(name), "-o", out, "--full", "--step", "1", "--ascii").returncode, 0)
+            corners, tets, arrays = read_vtu(out)
+            centres = np.round(corners[tets].mean(axis=1), 4)
+            order = np.lexsort(centres.T)
+            found.append((centres[order], arrays["rank"][order]))
+        np.testing.assert_array_equal(found[0][0], found[1][0])
+        np.testing.assert_array_equal(found[0][1], found[1][1])
+        added, built = ([{e["channel"]: e["error"] for e in v["error"][-1:]} for v in self.info(n)["levels"]] for n in ("cells_added.tlod", "cells_built.tlod"))
+        for a, b in zip(added[1:], built[1:]):
+            self.assertLess(a["rank"], 1.5 * b["rank"])
+            self.assertGreater(a["rank"], 0)
+
+    def test_cells_of_another_mesh(self):
+        model = self.fresh("other.tlod")
+        before = self.bytes_of(model)
+        tets = self.tets.copy()
+        tets[1000, 0] = next(v for v in range(len(self.points)) if v not in tets[1000])
+        self.cells("other.vtu", self.points, tets)
+        done = self.add(model, self.path("other.vtu"), *self.CELLS)
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, "the tet around .* is none of the model: another mesh")
+        self.assertEqual(self.bytes_of(model), before)
+
+    def test_cells_and_threads(self):
+        self.cells("cells.vtu", self.points, self.tets)
+        data = []
+        for threads in ("1", "3"):
+            model = self.fresh("threads.tlod")
+            done = self.add(model, self.path("cells.vtu"), *self.CELLS, "--threads", threads)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            data.append(self.bytes_of(model))
+        self.assertEqual(*data)
 
     def test_interrupted(self):
         """A killed run leaves the old model or the new one, never another."""
@@ -436,17 +520,36 @@ class Adding(Moving):
             data.append(self.bytes_of(model))
         self.assertEqual(*data)
 
-    def test_baffle(self):
-        """Vertices at one place: fine with one value, refused with several."""
-        half = len(self.points) // 2
+    def baffle(self):
+        """The mesh with the vertices of its middle plane twice, one for each side: points, tets, how many were there before."""
         points, tets = self.points.copy(), self.tets.copy()
         above = np.where(points[:, 0] == 0.5)[0]
         twin = dict(zip(above.tolist(), range(len(points), len(points) + len(above))))
         points = np.concatenate([points, points[above]])
         right = points[tets].mean(axis=1)[:, 0] > 0.5
         tets[right] = np.vectorize(lambda v: twin.get(v, v))(tets[right])
+        return points, tets, len(self.points)
+
+    def test_cells_at_a_baffle(self):
+        """The cells of both sides are their own."""
+        points, tets, _ = self.baffle()
+        write_vtu(self.path("baffle_base.vtu"), points, tets, [("heat", heat(points, 0))])
+        self.build("baffle_cells.tlod", self.path("baffle_base.vtu"), "--segment-tets", "1200", "--patch-tets", "300")
+        data = self.cells("baffle_cells.vtu", points, tets)
+        model, out = self.path("baffle_cells.tlod"), self.path("baffle_out.vtu")
+        done = self.add(model, self.path("baffle_cells.vtu"), *self.CELLS)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for level in ("0", "2"):
+            done = run("extract", model, "-o", out, "--level", level, "--ascii", "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assert_promised(json.loads(done.stdout), out, points[tets].mean(axis=1), data)
+        self.assertEqual(run("check", model, "--against", self.path("baffle_cells.vtu"), "--cuts", "4").returncode, 0)
+
+    def test_baffle(self):
+        """Vertices at one place: fine with one value, refused with several."""
+        points, tets, before = self.baffle()
         same, different = heat(points, 1), heat(points, 1)
-        different[half * 2 + 1:] += 1
+        different[before:] += 1
         names = [self.path(f"baffle_{k}.vtu") for k in "abc"]
         for name, values in zip(names, (heat(points, 0), same, different)):
             write_vtu(name, points, tets, [("heat", values)])

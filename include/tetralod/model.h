@@ -107,13 +107,14 @@ TL_API tl_status tl_model_build_series(tl_ctx *ctx, const tl_step *steps, size_t
 /* The same of a mesh in memory, borrowed during the call. */
 TL_API tl_status tl_model_build_mesh(tl_ctx *ctx, const tl_mesh *mesh, const char *path,
                                      const tl_build_opts *opts, tl_build_result *result);
-/* Adds channels on vertices to the model at path, from a file of the same data set (input), or from
+/* Adds channels to the model at path, from a file of the same data set (input), or from
  * steps of one ([step_count], then input is NULL): a further field, or further time steps. Topology
  * and all that is there stay; values of coarser levels are fitted to the original vertices, and
- * their errors measured, as by a build. Of opts those of channels, errors, memory and folder count.
- * The file is replaced when the new one is complete. As tl_model_build; TL_ERR_DATA too for another
- * mesh and for a channel that is there, TL_ERR_UNSUPPORTED for channels on cells, and for vertices
- * at one place with different values. result: levels stay empty. */
+ * their errors measured, as by a build; those of cells are means by volume, of integers the
+ * nearest. Of opts those of channels, errors, memory and folder count. The file is replaced when
+ * the new one is complete. As tl_model_build; TL_ERR_DATA too for another mesh and for a channel
+ * that is there, TL_ERR_UNSUPPORTED for vertices at one place with different values. result: levels
+ * stay empty. */
 TL_API tl_status tl_model_add_channels(tl_ctx *ctx, const char *path, const tl_step *steps,
                                        size_t step_count, const char *input,
                                        const tl_read_opts *read, const tl_build_opts *opts,

@@ -64,7 +64,7 @@ static const cli_option SERIES[] = {
 };
 static const cli_option ADDING[] = {
     {CLI_ADD_CHANNEL, 0, "add-channel", CLI_TYPE_TEXT, "M.tlod", NULL, 0, 0,
-     "add the channels on vertices of IN, a data set of the same mesh, to this model instead of "
+     "add the channels of IN, a data set of the same mesh, to this model instead of "
      "making one; what is there stays, and the file is replaced when the new one is complete"},
     {CLI_AS_STEP, 0, "as-step", CLI_TYPE_COUNT, "N", NULL, 0, 4294967294.0,
      "with --add-channel: they are those of time step N (of several files or steps N, N + 1 ...); "

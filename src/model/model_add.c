@@ -73,6 +73,7 @@ static tl_status compare_counts(const tli_adder *a, const char *path)
 /* A field that is there without a step, or at that step, is not added once more. */
 static tl_status compare_names(const tli_adder *a, const char *path)
 {
+    if (!a->plan->field_count) return tl_fail(a->ctx, TL_ERR_DATA, "there is no channel to add");
     for (size_t f = 0; f < a->plan->field_count; f++)
         for (uint32_t c = 0; c < a->head->channel_count; c++) {
             const tli_field *field = &a->plan->fields[f];
@@ -88,32 +89,20 @@ static tl_status compare_names(const tli_adder *a, const char *path)
     return TL_OK;
 }
 
-/* Only channels on vertices are taken; with none of them there is nothing to add. */
-static tl_status check_fields(const tli_adder *a)
-{
-    for (size_t f = 0; f < a->plan->field_count; f++)
-        if (a->plan->fields[f].on == TL_ON_TET)
-            return tl_fail(a->ctx, TL_ERR_UNSUPPORTED,
-                           "channel '%s' is on cells: only channels on vertices can be added; name "
-                           "those (channels), or turn it (cell to point)",
-                           a->plan->fields[f].name);
-    if (!a->plan->field_count) return tl_fail(a->ctx, TL_ERR_DATA, "there is no channel to add");
-    return TL_OK;
-}
-
 /* ---- the driver ---- */
 
 static tl_status add(tli_adder *a, const char *path, tl_build_result *r)
 {
     tli_work work = {.ctx = a->ctx};
     tl_status st = compare_counts(a, path);
-    if (!st) st = check_fields(a);
     if (!st) st = compare_names(a, path);
     if (!st) st = tli_model_create(a->ctx, a->plan, &work, &a->model);
     if (!st) st = note_patches(a);
     if (!st) st = note_segments(a);
     if (!st) st = tli_adder_match(a);
+    if (!st) st = tli_adder_match_cells(a);
     if (!st) st = tli_adder_begin(a);
+    tli_bins_close(&a->cells);
     tli_bins_close(&a->matches);
     if (!st) st = tli_adder_grow(a);
     if (!st) tli_model_saturate(a->model);

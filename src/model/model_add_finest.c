@@ -5,9 +5,6 @@
 #include "model/model_add.h"
 #include "store/store_format.h"
 
-/* Places beyond the bound by no more than this part of it are rounding. */
-static const double SLACK = 1e-6;
-
 /* ---- patches of the file ---- */
 
 tl_status tli_added_patch_load(tl_ctx *ctx, const tli_adder *a, uint32_t patch,
@@ -50,7 +47,8 @@ tl_status tli_added_mesh(tl_ctx *ctx, const tli_plan *plan, double *xyz, size_t 
     }
     for (size_t i = 0; !st && i < plan->field_count; i++) {
         const tli_field *f = &plan->fields[i];
-        double *values = tl_mem_zalloc(ctx, vert_count * f->components, sizeof *values, &st);
+        const size_t count = f->on == TL_ON_VERTEX ? vert_count : tet_count;
+        double *values = tl_mem_zalloc(ctx, count * f->components, sizeof *values, &st);
         tl_channel channel = {f->key, f->unit, f->components, f->on, TL_F64, values};
         if (!st) st = tl_mesh_adopt_channel(*mesh, &channel);
         if (st) tl_mem_free(ctx, values);
@@ -61,15 +59,29 @@ tl_status tli_added_mesh(tl_ctx *ctx, const tli_plan *plan, double *xyz, size_t 
 void tli_added_values(const tli_plan *plan, const double *rows, tl_mesh *mesh)
 {
     for (size_t i = 0; i < plan->field_count; i++) {
-        const tli_field *f = &plan->fields[i];
+        const tli_rows from = tli_rows_of(plan, i, mesh->vert_count, mesh->tet_count);
+        const uint32_t k = plan->fields[i].components;
         double *values = (double *)(uintptr_t)mesh->channels[i].values;
-        for (size_t v = 0; v < mesh->vert_count; v++)
-            memcpy(values + v * f->components, rows + v * plan->vert_comps + f->first,
-                   f->components * sizeof *values);
+        for (size_t e = 0; e < from.count; e++)
+            memcpy(values + e * k, rows + from.first + e * from.stride, k * sizeof *values);
     }
 }
 
-tl_status tli_added_put(tl_ctx *ctx, tli_adder *a, uint32_t patch, uint32_t vert_count,
+void tli_added_round(const tli_plan *plan, const uint8_t *fixed, size_t vert_count,
+                     size_t tet_count, double *rows)
+{
+    for (size_t i = 0; i < plan->field_count; i++) {
+        const tli_field *f = &plan->fields[i];
+        const tli_rows of = tli_rows_of(plan, i, vert_count, tet_count);
+        for (size_t e = 0; e < of.count; e++) {
+            double *row = rows + of.first + e * of.stride;
+            if (fixed && f->on == TL_ON_VERTEX && fixed[e]) continue;
+            for (uint32_t c = 0; c < f->components; c++) row[c] = tli_field_round(f, row[c]);
+        }
+    }
+}
+
+tl_status tli_added_put(tl_ctx *ctx, tli_adder *a, uint32_t patch, const tl_patch *topology,
                         const double *rows)
 {
     tl_status st = TL_OK;
@@ -77,15 +89,15 @@ tl_status tli_added_put(tl_ctx *ctx, tli_adder *a, uint32_t patch, uint32_t vert
     tli_patch_note *note = &a->model->patches[patch];
     note->ranges = tl_mem_alloc(ctx, plan->field_count, 2 * sizeof *note->ranges, &st);
     for (size_t i = 0; !st && i < plan->field_count; i++) {
-        const tli_field *f = &plan->fields[i];
+        const tli_rows of = tli_rows_of(plan, i, topology->vert_count, topology->tet_count);
+        const uint32_t components = plan->fields[i].components;
         double *range = note->ranges + 2 * i;
         range[0] = range[1] = (double)NAN;
-        for (size_t v = 0; v < vert_count; v++) {
-            const double *row = rows + v * plan->vert_comps + f->first;
+        for (size_t e = 0; e < of.count; e++) {
+            const double *row = rows + of.first + e * of.stride;
             double value = row[0], sum = 0;
-            for (uint32_t k = 0; f->components > 1 && k < f->components; k++)
-                sum += row[k] * row[k];
-            if (f->components > 1) value = sqrt(sum);
+            for (uint32_t k = 0; components > 1 && k < components; k++) sum += row[k] * row[k];
+            if (components > 1) value = sqrt(sum);
             if (!isfinite(value)) continue;
             range[0] = fmin(range[0], value);
             range[1] = fmax(range[1], value);
@@ -93,7 +105,9 @@ tl_status tli_added_put(tl_ctx *ctx, tli_adder *a, uint32_t patch, uint32_t vert
     }
     if (!st)
         st = tli_depot_put(ctx, a->model->meshes, rows,
-                           vert_count * plan->vert_comps * sizeof *rows, &note->ofs);
+                           tli_row_doubles(plan, topology->vert_count, topology->tet_count) *
+                               sizeof *rows,
+                           &note->ofs);
     return st;
 }
 
@@ -105,53 +119,33 @@ typedef struct job {
     const tli_plan *plan;
     uint32_t rank, id;
     tl_patch *patch;
-    uint8_t *matches;
-    size_t match_count;
-    double *rows;    /* [vert_count][vert_comps] */
+    tli_matches matches;
+    uint8_t *cells; /* [cell_count] tli_cell_match */
+    size_t cell_count;
+    double *rows;    /* of the patch */
     tl_lidx *tet_of; /* [vert_count] */
     tl_mesh *mesh;
     tli_errors errors;
 } job;
 
-static const tli_match *match_at(const job *j, size_t i)
+static const tli_cell_match *cell_at(const job *j, size_t i)
 {
-    return (const tli_match *)(const void *)(j->matches + i * tli_match_bytes(j->plan));
+    return (const void *)(j->cells + i * tli_cell_match_bytes(j->plan));
 }
 
-/* Each vertex takes the nearest of its originals, rounded. */
-static tl_status take_values(job *j)
+/* Each vertex takes the nearest of its originals, each tet its own, rounded. */
+static void take_values(job *j)
 {
-    tl_status st = TL_OK;
-    const size_t n = j->patch->vert_count, k = j->plan->vert_comps;
-    double *nearest = tl_mem_alloc(j->ctx, n, sizeof *nearest, &st);
-    double reach = j->a->head->position_error * (1 + SLACK);
-    for (size_t v = 0; !st && v < n; v++) nearest[v] = (double)INFINITY;
-    for (size_t i = 0; !st && i < j->match_count; i++) {
-        const tli_match *m = match_at(j, i);
-        double x[3], d2 = 0;
-        tl_lattice_xyz(&j->a->head->lattice, j->patch->places[m->local], x);
-        for (int c = 0; c < 3; c++) d2 += (x[c] - m->xyz[c]) * (x[c] - m->xyz[c]);
-        if (d2 >= nearest[m->local]) continue;
-        nearest[m->local] = d2;
-        memcpy(j->rows + m->local * k, m->values, k * sizeof *j->rows);
+    const tli_plan *plan = j->plan;
+    double *row = j->rows, *tet_rows = j->rows + j->patch->vert_count * plan->vert_comps;
+    for (size_t v = 0; v < j->patch->vert_count; v++, row += plan->vert_comps)
+        memcpy(row, tli_match_at(plan, &j->matches, j->matches.nearest[v])->values,
+               plan->vert_comps * sizeof *row);
+    for (size_t i = 0; i < j->cell_count; i++) {
+        const tli_cell_match *m = cell_at(j, i);
+        memcpy(tet_rows + m->local * plan->tet_comps, m->record + 4, plan->tet_comps * sizeof *row);
     }
-    for (size_t v = 0; !st && v < n; v++) {
-        double x[3];
-        tl_lattice_xyz(&j->a->head->lattice, j->patch->places[v], x);
-        if (!(sqrt(nearest[v]) <= reach))
-            st = tl_fail(j->ctx, TL_ERR_DATA,
-                         "the model has a vertex at %.9g %.9g %.9g, the data set has none there: "
-                         "another mesh",
-                         x[0], x[1], x[2]);
-        for (size_t f = 0; !st && f < j->plan->field_count; f++) {
-            const tli_field *field = &j->plan->fields[f];
-            double *row = j->rows + v * k + field->first;
-            for (uint32_t c = 0; c < field->components; c++)
-                row[c] = tli_field_round(field, row[c]);
-        }
-    }
-    tl_mem_free(j->ctx, nearest);
-    return st;
+    tli_added_round(plan, NULL, j->patch->vert_count, j->patch->tet_count, j->rows);
 }
 
 static tl_status make_mesh(job *j)
@@ -177,8 +171,37 @@ static tl_status make_mesh(job *j)
     return st;
 }
 
-/* The originals that go by way of this patch. */
-static tl_status carry(job *j)
+static tl_status carry_point(job *j, tli_carrier *carrier, const tli_match *m, double *record,
+                             tli_dealer *dealer)
+{
+    double w[4], distance;
+    tl_lidx tet;
+    if (!m->carries) return TL_OK;
+    memcpy(record, m->xyz, sizeof m->xyz);
+    memcpy(record + 3, m->values, j->plan->vert_comps * sizeof *record);
+    tl_status st = tli_carrier_locate(carrier, record, j->tet_of[m->local], &tet, w, &distance);
+    if (st) return st;
+    tli_carrier_measure(carrier, TLI_POINTS, record, tet, w, distance,
+                        j->a->model->patches[j->id].squares);
+    return tli_dealer_add(dealer, 0, record, tet);
+}
+
+/* A centroid without a place is not measured, as in a build. */
+static tl_status carry_cell(job *j, tli_carrier *carrier, const tli_cell_match *m,
+                            tli_dealer *dealer)
+{
+    double w[4], distance;
+    tl_lidx tet;
+    if (!isfinite(m->record[0] + m->record[1] + m->record[2])) return TL_OK;
+    tl_status st = tli_carrier_locate(carrier, m->record, (tl_lidx)m->local, &tet, w, &distance);
+    if (st) return st;
+    tli_carrier_measure(carrier, TLI_CELLS, m->record, tet, w, distance,
+                        j->a->model->patches[j->id].squares);
+    return tli_dealer_add(dealer, 0, m->record, tet);
+}
+
+/* The originals of a kind that go by way of this patch. */
+static tl_status carry(job *j, int kind)
 {
     tl_status st = TL_OK;
     tli_patch_note *note = &j->a->model->patches[j->id];
@@ -188,24 +211,16 @@ static tl_status carry(job *j)
                            .opposite = &j->patch->opposite[0][0],
                            .errors = &j->errors};
     tli_dealer dealer = {0};
-    const size_t doubles = tli_record_doubles(j->plan, TLI_POINTS);
-    double *record = tl_mem_alloc(j->ctx, doubles, sizeof *record, &st);
-    note->squares = tl_mem_zalloc(j->ctx, j->plan->field_count, sizeof *note->squares, &st);
+    const bool is_point = kind == TLI_POINTS;
+    const size_t count = is_point ? j->matches.count : j->cell_count;
+    if (!is_point && !j->plan->tet_comps) return TL_OK;
+    double *record = tl_mem_alloc(j->ctx, tli_record_doubles(j->plan, kind), sizeof *record, &st);
     if (!st)
-        st = tli_dealer_open(j->ctx, j->a->model, j->a->model->carried[0], note, 1, TLI_POINTS,
-                             &dealer);
-    for (size_t i = 0; !st && i < j->match_count; i++) {
-        const tli_match *m = match_at(j, i);
-        double w[4], distance;
-        tl_lidx tet;
-        if (!m->carries) continue;
-        memcpy(record, m->xyz, sizeof m->xyz);
-        memcpy(record + 3, m->values, j->plan->vert_comps * sizeof *record);
-        st = tli_carrier_locate(&carrier, record, j->tet_of[m->local], &tet, w, &distance);
-        if (st) break;
-        tli_carrier_measure(&carrier, TLI_POINTS, record, tet, w, distance, note->squares);
-        st = tli_dealer_add(&dealer, 0, record, tet);
-    }
+        st = tli_dealer_open(j->ctx, j->a->model, j->a->model->carried[0], note, 1, kind, &dealer);
+    for (size_t i = 0; !st && i < count; i++)
+        st = is_point
+                 ? carry_point(j, &carrier, tli_match_at(j->plan, &j->matches, i), record, &dealer)
+                 : carry_cell(j, &carrier, cell_at(j, i), &dealer);
     st = tli_dealer_close(&dealer, st);
     tl_locator_destroy(carrier.locator);
     tl_mem_free(j->ctx, record);
@@ -218,22 +233,27 @@ static tl_status process(tl_ctx *ctx, tli_adder *a, uint32_t rank)
     tl_status st = tl_store_topology(ctx, a->store, j.id, &j.patch);
     if (st) return st;
     const size_t verts = j.patch->vert_count;
-    j.match_count = (size_t)a->matches.counts[rank];
-    j.matches = tl_mem_alloc(ctx, j.match_count, tli_match_bytes(a->plan), &st);
-    j.rows = tl_mem_alloc(ctx, verts * a->plan->vert_comps, sizeof *j.rows, &st);
+    tli_patch_note *note = &a->model->patches[j.id];
+    if (a->plan->tet_comps) j.cell_count = (size_t)a->cells.counts[rank];
+    j.cells = tl_mem_alloc(ctx, j.cell_count, tli_cell_match_bytes(a->plan), &st);
+    j.rows =
+        tl_mem_alloc(ctx, tli_row_doubles(a->plan, verts, j.patch->tet_count), sizeof *j.rows, &st);
     j.tet_of = tl_mem_alloc(ctx, verts, sizeof *j.tet_of, &st);
-    if (!st) st = tli_bins_read(ctx, &a->matches, rank, j.matches);
+    note->squares = tl_mem_zalloc(ctx, a->plan->field_count, sizeof *note->squares, &st);
+    if (!st) st = tli_matches_read(ctx, a, rank, j.patch, &j.matches);
+    if (!st && j.cell_count) st = tli_bins_read(ctx, &a->cells, rank, j.cells);
     if (!st) st = tli_errors_create(ctx, a->plan, &j.errors);
-    if (!st) st = take_values(&j);
+    if (!st) take_values(&j);
     if (!st) st = make_mesh(&j);
-    if (!st) st = carry(&j);
-    if (!st) st = tli_added_put(ctx, a, j.id, j.patch->vert_count, j.rows);
+    for (int kind = 0; !st && kind <= TLI_CELLS; kind++) st = carry(&j, kind);
+    if (!st) st = tli_added_put(ctx, a, j.id, j.patch, j.rows);
     if (!st)
         memcpy(a->leaf_errors + rank * a->plan->field_count, j.errors.max,
                a->plan->field_count * sizeof *j.errors.max);
     tli_errors_release(ctx, &j.errors);
+    tli_matches_release(ctx, &j.matches);
     tl_mesh_destroy(j.mesh);
-    void *blocks[] = {j.tet_of, j.rows, j.matches};
+    void *blocks[] = {j.tet_of, j.rows, j.cells};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
     tl_patch_destroy(ctx, j.patch);
     return st;

@@ -116,9 +116,12 @@ typedef struct job {
     tl_mesh *mesh;
     tl_lidx *opposite;
     uint8_t *fixed;
-    double *rows, *weights; /* [vert_count][vert_comps] */
-    tl_lidx *tets;          /* of the mesh, by number of the record */
-    tl_lidx near;           /* where the last record was */
+    double *rows;     /* of the mesh */
+    double *weights;  /* [vert_count][vert_comps] */
+    tl_lidx *tets[2]; /* of the mesh, by kind and number of the record */
+    tl_lidx near;     /* where the last record was */
+    tli_means means;
+    int kind;
     tli_fit *fit;
     tli_carrier carrier;
     tli_patch_note *notes; /* [output_count] */
@@ -214,7 +217,7 @@ static tl_status make_mesh(job *j)
     double *xyz = tl_mem_alloc(j->ctx, n, 3 * sizeof *xyz, &st);
     tl_lidx *tets = tl_mem_alloc(j->ctx, m, 4 * sizeof *tets, &st);
     j->fixed = tl_mem_zalloc(j->ctx, n, 1, &st);
-    j->rows = tl_mem_zalloc(j->ctx, n * k, sizeof *j->rows, &st);
+    j->rows = tl_mem_zalloc(j->ctx, tli_row_doubles(j->plan, n, m), sizeof *j->rows, &st);
     j->weights = tl_mem_zalloc(j->ctx, n * k, sizeof *j->weights, &st);
     for (uint32_t o = 0; !st && o < j->segment->output_count; o++) {
         const tl_patch *p = j->outputs[o].patch;
@@ -260,7 +263,7 @@ static tl_status pass_window(void *user, tli_record_window *window)
 {
     record_pass *p = user;
     tl_status st = TL_OK;
-    const size_t doubles = tli_record_doubles(p->j->plan, TLI_POINTS);
+    const size_t doubles = tli_record_doubles(p->j->plan, p->j->kind);
     for (size_t r = 0; !st && r < window->count; r++)
         st = p->fn(p->j, p->number++, window->records + r * doubles);
     return st;
@@ -271,7 +274,7 @@ static tl_status pass_records(job *j, tl_status (*fn)(job *j, size_t number, con
     record_pass records = {j, fn, 0};
     tli_model *m = j->a->model;
     const tli_pass pass = {.work = nothing, .after = pass_window, .user = &records};
-    return tli_records_read(j->ctx, m, m->carried[j->segment->level & 1], j->segment, TLI_POINTS,
+    return tli_records_read(j->ctx, m, m->carried[j->segment->level & 1], j->segment, j->kind,
                             &pass);
 }
 
@@ -283,8 +286,9 @@ static tl_status place_record(job *j, size_t number, const double *record)
     const size_t k = j->plan->vert_comps;
     tl_status st = tli_carrier_locate(&j->carrier, record, j->near, &tet, w, &distance);
     if (st) return st;
-    j->near = j->tets[number] = tet;
-    for (size_t c = 0; c < k; c++)
+    j->near = j->tets[j->kind][number] = tet;
+    if (j->kind == TLI_CELLS) tli_means_add(&j->means, tet, record);
+    for (size_t c = 0; j->kind == TLI_POINTS && c < k; c++)
         for (size_t i = 0; i < 4 && isfinite(record[3 + c]); i++) {
             const size_t v = j->mesh->tets[4 * (size_t)tet + i];
             if (j->fixed[v]) continue;
@@ -326,40 +330,61 @@ static void set_first_values(job *j)
 static tl_status fit_record(job *j, size_t number, const double *record)
 {
     double w[4], distance;
-    tli_carrier_weigh(&j->carrier, record, j->tets[number], w, &distance);
-    tli_fit_add(j->fit, j->tets[number], w, record + 3, j->rows);
+    const tl_lidx tet = j->tets[TLI_POINTS][number];
+    tli_carrier_weigh(&j->carrier, record, tet, w, &distance);
+    tli_fit_add(j->fit, tet, w, record + 3, j->rows);
     return TL_OK;
 }
 
-static void round_rows(job *j)
+/* Where the records of a kind are, and what the first values of vertices (all of tets) are. */
+static tl_status place_records(job *j, int kind)
 {
-    const size_t k = j->plan->vert_comps;
-    for (size_t v = 0; v < j->mesh->vert_count; v++)
-        for (size_t f = 0; !j->fixed[v] && f < j->plan->field_count; f++) {
-            const tli_field *field = &j->plan->fields[f];
-            double *row = j->rows + v * k + field->first;
-            for (uint32_t c = 0; c < field->components; c++)
-                row[c] = tli_field_round(field, row[c]);
-        }
-    tli_added_values(j->plan, j->rows, j->mesh);
+    tl_status st = TL_OK;
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < j->segment->input_count; i++) {
+        const tli_extents *e = &j->a->model->patches[j->segment->inputs[i]].extents[kind];
+        for (size_t k = 0; k < e->count; k++) count += e->items[k].count;
+    }
+    j->tets[kind] = tl_mem_alloc(j->ctx, (size_t)count, sizeof *j->tets[kind], &st);
+    j->near = TL_NONE;
+    j->kind = kind;
+    return st ? st : pass_records(j, place_record);
+}
+
+static tl_status set_means(job *j)
+{
+    const tli_plan *plan = j->plan;
+    tl_status st = TL_OK;
+    tl_patch_info info;
+    const uint32_t input = j->segment->inputs[0];
+    double *rows = j->rows + j->mesh->vert_count * plan->vert_comps;
+    if (!plan->tet_comps) return TL_OK;
+    double *spare = tl_mem_alloc(j->ctx, plan->tet_comps, sizeof *spare, &st);
+    if (!st) st = tl_store_patch(j->ctx, j->a->store, input, &info);
+    if (!st)
+        st = tli_depot_get(j->ctx, j->a->model->meshes,
+                           j->a->model->patches[input].ofs +
+                               info.vert_count * plan->vert_comps * sizeof *spare,
+                           spare, plan->tet_comps * sizeof *spare);
+    if (!st) st = tli_means_open(j->ctx, plan, j->mesh, rows, &j->means);
+    if (!st) st = place_records(j, TLI_CELLS);
+    if (!st) tli_means_set(&j->means, j->opposite, spare);
+    tli_means_close(&j->means);
+    tl_mem_free(j->ctx, spare);
+    return st;
 }
 
 static tl_status set_values(job *j)
 {
-    tl_status st = TL_OK;
-    tli_model *m = j->a->model;
-    uint64_t count = 0;
-    for (uint32_t i = 0; i < j->segment->input_count; i++)
-        count += m->patches[j->segment->inputs[i]].carried;
-    j->tets = tl_mem_alloc(j->ctx, (size_t)count, sizeof *j->tets, &st);
-    j->near = TL_NONE;
-    if (!st) st = pass_records(j, place_record);
+    tl_status st = place_records(j, TLI_POINTS);
     if (!st) set_first_values(j);
     if (!st) st = tli_fit_create(j->ctx, j->mesh, j->plan->vert_comps, &j->fit);
     if (!st) st = pass_records(j, fit_record);
+    if (!st) tli_fit_solve(j->fit, j->fixed, j->rows);
+    if (!st) st = set_means(j);
     if (st) return st;
-    tli_fit_solve(j->fit, j->fixed, j->rows);
-    round_rows(j);
+    tli_added_round(j->plan, j->fixed, j->mesh->vert_count, j->mesh->tet_count, j->rows);
+    tli_added_values(j->plan, j->rows, j->mesh);
     return TL_OK;
 }
 
@@ -367,7 +392,7 @@ static tl_status set_values(job *j)
 static tl_status deal_record(job *j, size_t number, const double *record)
 {
     double w[4], distance, d2 = 0;
-    tl_lidx tet = j->tets[number];
+    tl_lidx tet = j->tets[j->kind][number];
     uint32_t low = 0, high = j->segment->output_count;
     while (high - low > 1) {
         uint32_t middle = low + (high - low) / 2;
@@ -377,30 +402,42 @@ static tl_status deal_record(job *j, size_t number, const double *record)
             low = middle;
     }
     tli_carrier_weigh(&j->carrier, record, tet, w, &distance);
-    tli_carrier_measure(&j->carrier, TLI_POINTS, record, tet, w, distance, j->notes[low].squares);
+    tli_carrier_measure(&j->carrier, j->kind, record, tet, w, distance, j->notes[low].squares);
     for (int k = 0; k < 3; k++) d2 += (record[k] - j->centre[k]) * (record[k] - j->centre[k]);
     j->reach2 = fmax(j->reach2, d2);
     return tli_dealer_add(&j->dealer, low, record, tet - j->tet_base[low]);
+}
+
+/* The rows of an output. */
+static tl_status put_rows(job *j, uint32_t output)
+{
+    tl_status st = TL_OK;
+    const tli_plan *plan = j->plan;
+    const tl_patch *p = j->outputs[output].patch;
+    const size_t k = plan->vert_comps, n = p->vert_count;
+    const double *tet_rows = j->rows + j->mesh->vert_count * k;
+    double *rows = tl_mem_alloc(j->ctx, tli_row_doubles(plan, n, p->tet_count), sizeof *rows, &st);
+    for (size_t v = 0; !st && v < n; v++)
+        memcpy(rows + v * k, j->rows + j->verts[output][v] * k, k * sizeof *rows);
+    if (!st)
+        memcpy(rows + n * k, tet_rows + j->tet_base[output] * plan->tet_comps,
+               p->tet_count * plan->tet_comps * sizeof *rows);
+    if (!st) st = tli_added_put(j->ctx, j->a, j->segment->outputs[output], p, rows);
+    tl_mem_free(j->ctx, rows);
+    return st;
 }
 
 /* What the outputs carry and what it is off by; their values. */
 static tl_status put_outputs(job *j)
 {
     tl_status st = TL_OK;
-    tli_model *m = j->a->model;
-    const size_t k = j->plan->vert_comps;
     for (uint32_t o = 0; !st && o < j->segment->output_count; o++) {
-        tli_patch_note *to = &m->patches[j->segment->outputs[o]], *from = &j->notes[o];
-        const uint32_t n = j->outputs[o].patch->vert_count;
+        tli_patch_note *to = &j->a->model->patches[j->segment->outputs[o]], *from = &j->notes[o];
         to->squares = from->squares;
         to->carried = from->carried;
-        to->extents[TLI_POINTS] = from->extents[TLI_POINTS];
+        memcpy(to->extents, from->extents, sizeof to->extents);
         *from = (tli_patch_note){0};
-        double *rows = tl_mem_alloc(j->ctx, n * k, sizeof *rows, &st);
-        for (uint32_t v = 0; !st && v < n; v++)
-            memcpy(rows + v * k, j->rows + j->verts[o][v] * k, k * sizeof *rows);
-        if (!st) st = tli_added_put(j->ctx, j->a, j->segment->outputs[o], n, rows);
-        tl_mem_free(j->ctx, rows);
+        st = put_rows(j, o);
     }
     return st;
 }
@@ -414,11 +451,13 @@ static tl_status deal(job *j)
     for (uint32_t o = 0; !st && o < outputs; o++)
         j->notes[o].squares = tl_mem_zalloc(j->ctx, j->plan->field_count, sizeof(double), &st);
     if (!st) st = tli_space_open(&j->carrier);
-    if (!st)
+    for (j->kind = 0; !st && j->kind <= TLI_CELLS; j->kind++) {
+        if (j->kind == TLI_CELLS && !j->plan->tet_comps) break;
         st = tli_dealer_open(j->ctx, m, m->carried[(j->segment->level + 1) & 1], j->notes, outputs,
-                             TLI_POINTS, &j->dealer);
-    if (!st) st = pass_records(j, deal_record);
-    st = tli_dealer_close(&j->dealer, st);
+                             j->kind, &j->dealer);
+        if (!st) st = pass_records(j, deal_record);
+        st = tli_dealer_close(&j->dealer, st);
+    }
     return st ? st : put_outputs(j);
 }
 
@@ -430,13 +469,15 @@ static void release_job(job *j)
         if (j->outputs) tli_added_patch_release(ctx, &j->outputs[o]);
         if (j->verts) tl_mem_free(ctx, j->verts[o]);
         if (j->notes) tl_mem_free(ctx, j->notes[o].squares);
-        if (j->notes) tl_mem_free(ctx, j->notes[o].extents[TLI_POINTS].items);
+        for (int kind = 0; j->notes && kind < TLI_KINDS; kind++)
+            tl_mem_free(ctx, j->notes[o].extents[kind].items);
     }
     tli_carrier_close(&j->carrier);
     tli_fit_destroy(j->fit);
     tl_mesh_destroy(j->mesh);
-    void *blocks[] = {j->notes,    j->tets,  j->weights, j->rows,        j->fixed, j->opposite,
-                      j->tet_base, j->verts, j->outputs, j->locked_rows, j->locked};
+    void *blocks[] = {j->notes, j->tets[TLI_CELLS], j->tets[TLI_POINTS], j->weights,
+                      j->rows,  j->fixed,           j->opposite,         j->tet_base,
+                      j->verts, j->outputs,         j->locked_rows,      j->locked};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
 }
 

@@ -3,17 +3,16 @@
  * fit into memory. The step of a vertex is not known; steps that some vertex has are tried. */
 #include <math.h>
 
-#include "base/base_sort.h"
-#include "model/model_add.h"
+#include "model/model_add_bins.h"
 #include "store/store_format.h"
 
 enum {
-    BINS = 64,
-    FINER = 2,           /* steps of a lattice shrink by 2^FINER, as model_lattice.c has it */
-    STEPS_MAX = 32,      /* that are tried */
-    BOX_BYTES = 8 << 20, /* of records dealt at a time; a box has some at least */
-    BOX_LEAST = 1024
+    FINER = 2,     /* steps of a lattice shrink by 2^FINER, as model_lattice.c has it */
+    STEPS_MAX = 32 /* that are tried */
 };
+
+/* Places beyond the bound by no more than this part of it are rounding. */
+static const double SLACK = 1e-6;
 
 /* A vertex of a patch. */
 typedef struct vertex {
@@ -41,57 +40,6 @@ typedef struct joiner {
     uint64_t carried;
 } joiner;
 
-/* ---- records on their way to bins ---- */
-
-typedef struct outbox {
-    tl_ctx *ctx;
-    tli_bins *bins;
-    uint8_t *records, *sorted;
-    uint32_t *keys, *places, *begins;
-    size_t count, room;
-} outbox;
-
-static tl_status open_outbox(tl_ctx *ctx, tli_bins *bins, outbox *o)
-{
-    tl_status st = TL_OK;
-    *o = (outbox){.ctx = ctx, .bins = bins, .room = BOX_BYTES / bins->record_bytes};
-    if (o->room < BOX_LEAST) o->room = BOX_LEAST;
-    o->records = tl_mem_alloc(ctx, o->room, bins->record_bytes, &st);
-    o->sorted = tl_mem_alloc(ctx, o->room, bins->record_bytes, &st);
-    o->keys = tl_mem_alloc(ctx, o->room, sizeof *o->keys, &st);
-    o->places = tl_mem_alloc(ctx, o->room, sizeof *o->places, &st);
-    o->begins = tl_mem_alloc(ctx, (size_t)bins->bin_count + 1, sizeof *o->begins, &st);
-    return st;
-}
-
-static tl_status flush(outbox *o)
-{
-    const size_t bytes = o->bins->record_bytes;
-    if (!o->count) return TL_OK;
-    tli_deal_alone(o->keys, o->count, o->bins->bin_count, o->begins, o->places);
-    for (size_t i = 0; i < o->count; i++)
-        memcpy(o->sorted + o->places[i] * bytes, o->records + i * bytes, bytes);
-    o->count = 0;
-    return tli_bins_add(o->bins, o->sorted, o->begins);
-}
-
-/* The place of the next record, for a bin; full outboxes are emptied first. */
-static void *next_record(outbox *o, uint32_t bin, tl_status *st)
-{
-    if (!*st && o->count == o->room) *st = flush(o);
-    if (*st) return NULL;
-    o->keys[o->count] = bin;
-    return o->records + o->count++ * o->bins->record_bytes;
-}
-
-static tl_status close_outbox(outbox *o, tl_status st)
-{
-    if (!st) st = flush(o);
-    void *blocks[] = {o->begins, o->places, o->keys, o->sorted, o->records};
-    for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(o->ctx, blocks[i]);
-    return st;
-}
-
 /* ---- vertices ---- */
 
 static uint64_t hash_place(const int64_t place[3])
@@ -99,11 +47,6 @@ static uint64_t hash_place(const int64_t place[3])
     uint8_t bytes[24];
     memcpy(bytes, place, sizeof bytes);
     return tli_store_hash(0, bytes, sizeof bytes);
-}
-
-static uint32_t bin_of(uint64_t place)
-{
-    return (uint32_t)(place >> 32) % BINS;
 }
 
 /* Common powers of two of all places: no step is finer than that. */
@@ -115,8 +58,8 @@ static unsigned shift_of(const int64_t place[3])
 
 static tl_status deal_vertices(joiner *j, unsigned *shift)
 {
-    outbox out;
-    tl_status st = open_outbox(j->ctx, &j->vertices, &out);
+    tli_outbox out;
+    tl_status st = tli_outbox_open(j->ctx, &j->vertices, &out);
     *shift = 63;
     for (uint32_t rank = 0; !st && rank < j->a->finest_count; rank++) {
         const uint32_t id = j->a->finest[rank];
@@ -129,14 +72,14 @@ static tl_status deal_vertices(joiner *j, unsigned *shift)
             vertex record = {hash_place(p->places[v]), rank, (uint16_t)v, 0, p->shared[v]};
             if (twin < twin_count && twins[twin].vert == v) record.twin = twins[twin++].twin;
             if (shift_of(p->places[v]) < *shift) *shift = shift_of(p->places[v]);
-            vertex *to = next_record(&out, bin_of(record.place), &st);
+            vertex *to = tli_outbox_next(&out, tli_bin_of(record.place), &st);
             if (to) *to = record;
         }
         tl_mem_free(j->ctx, twins);
         tl_patch_destroy(j->ctx, p);
         if (!st) st = tl_progress(j->ctx, "match", rank, 2 * (uint64_t)j->a->finest_count);
     }
-    return close_outbox(&out, st);
+    return tli_outbox_close(&out, st);
 }
 
 /* ---- originals ---- */
@@ -165,7 +108,7 @@ static void round_place(const joiner *j, const double *xyz, int step, int64_t pl
     tl_lattice_nearest(&j->a->head->lattice, at, place);
 }
 
-static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, outbox *out)
+static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, tli_outbox *out)
 {
     tl_status st = TL_OK;
     const tli_plan *plan = j->a->plan;
@@ -177,23 +120,26 @@ static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, outbox 
         before[i] = hash_place(place);
         while (before[same] != before[i]) same++;
         if (same < i) continue;
-        original *to = next_record(out, bin_of(before[i]), &st);
+        original *to = tli_outbox_next(out, tli_bin_of(before[i]), &st);
         if (!to) break;
         to->place = before[i];
         to->id = s->vert_ids[v];
         memcpy(to->xyz, s->xyz + 3 * v, sizeof to->xyz);
-        for (size_t f = 0; f < plan->field_count; f++)
-            memcpy(to->values + plan->fields[f].first,
-                   s->values + v * plan->source_vert_comps + plan->fields[f].source_first,
-                   plan->fields[f].components * sizeof *to->values);
+        for (size_t f = 0; f < plan->field_count; f++) {
+            const tli_field *field = &plan->fields[f];
+            if (field->on != TL_ON_VERTEX) continue;
+            memcpy(to->values + field->first,
+                   s->values + v * plan->source_vert_comps + field->source_first,
+                   field->components * sizeof *to->values);
+        }
     }
     return st;
 }
 
 static tl_status deal_originals(joiner *j)
 {
-    outbox out;
-    tl_status st = open_outbox(j->ctx, &j->originals, &out);
+    tli_outbox out;
+    tl_status st = tli_outbox_open(j->ctx, &j->originals, &out);
     for (uint32_t i = 0; !st && i < tl_segments_count(j->a->segments); i++) {
         tl_segment s;
         st = tl_segments_load(j->ctx, j->a->segments, i, &s);
@@ -202,55 +148,25 @@ static tl_status deal_originals(joiner *j)
             if (!(s.links[v] & TL_LINK_COPY)) st = deal_original(j, &s, v, &out);
         tl_segment_release(j->ctx, &s);
     }
-    return close_outbox(&out, st);
+    return tli_outbox_close(&out, st);
 }
 
 /* ---- both ---- */
 
-/* What is in a bin, in the order of places. */
-typedef struct sorted_bin {
-    uint8_t *records;
-    uint64_t *places;
-    uint32_t *order;
-    size_t count;
-} sorted_bin;
-
-static tl_status sort_bin(tl_ctx *ctx, const tli_bins *bins, uint32_t bin, sorted_bin *s)
-{
-    tl_status st = TL_OK;
-    s->count = (size_t)bins->counts[bin];
-    s->records = tl_mem_alloc(ctx, s->count, bins->record_bytes, &st);
-    s->places = tl_mem_alloc(ctx, s->count, sizeof *s->places, &st);
-    s->order = tl_mem_alloc(ctx, s->count, sizeof *s->order, &st);
-    if (!st) st = tli_bins_read(ctx, bins, bin, s->records);
-    for (size_t i = 0; !st && i < s->count; i++) {
-        memcpy(&s->places[i], s->records + i * bins->record_bytes, sizeof *s->places);
-        s->order[i] = (uint32_t)i;
-    }
-    return st ? st : tli_sort_u64(ctx, s->places, s->order, s->count);
-}
-
-static void release_bin(tl_ctx *ctx, sorted_bin *s)
-{
-    tl_mem_free(ctx, s->order);
-    tl_mem_free(ctx, s->places);
-    tl_mem_free(ctx, s->records);
-}
-
-static const original *original_at(const joiner *j, const sorted_bin *s, size_t i)
+static const original *original_at(const joiner *j, const tli_sorted_bin *s, size_t i)
 {
     return (const original *)(const void *)(s->records + s->order[i] * j->original_bytes);
 }
 
-static const vertex *vertex_at(const sorted_bin *s, size_t i)
+static const vertex *vertex_at(const tli_sorted_bin *s, size_t i)
 {
     return (const vertex *)(const void *)s->records + s->order[i];
 }
 
 /* Different vertices at one place (the two sides of a baffle) can't be told from each other by it:
  * fine as long as their values are the same. */
-static tl_status check_twins(const joiner *j, const sorted_bin *o, size_t first, size_t end,
-                             const sorted_bin *v, size_t vert, size_t vert_end)
+static tl_status check_twins(const joiner *j, const tli_sorted_bin *o, size_t first, size_t end,
+                             const tli_sorted_bin *v, size_t vert, size_t vert_end)
 {
     const size_t bytes = j->a->plan->vert_comps * sizeof(double);
     const original *one = original_at(j, o, first);
@@ -268,15 +184,15 @@ static tl_status check_twins(const joiner *j, const sorted_bin *o, size_t first,
 }
 
 /* Originals [first, end) and vertices [vert, vert_end) at one place. */
-static tl_status join_place(joiner *j, const sorted_bin *o, size_t first, size_t end,
-                            const sorted_bin *v, size_t vert, size_t vert_end, outbox *out)
+static tl_status join_place(joiner *j, const tli_sorted_bin *o, size_t first, size_t end,
+                            const tli_sorted_bin *v, size_t vert, size_t vert_end, tli_outbox *out)
 {
     tl_status st = check_twins(j, o, first, end, v, vert, vert_end);
     for (size_t i = first; !st && i < end; i++) {
         const original *from = original_at(j, o, i);
         for (size_t k = vert; !st && k < vert_end; k++) {
             const vertex *w = vertex_at(v, k);
-            tli_match *to = next_record(out, w->rank, &st);
+            tli_match *to = tli_outbox_next(out, w->rank, &st);
             if (!to) break;
             uint8_t *byte = &j->seen[from->id / 8], bit = (uint8_t)(1u << from->id % 8);
             to->local = w->local;
@@ -290,40 +206,83 @@ static tl_status join_place(joiner *j, const sorted_bin *o, size_t first, size_t
     return st;
 }
 
-static tl_status join_bin(joiner *j, uint32_t bin, outbox *out)
+static tl_status join_bin(joiner *j, uint32_t bin, tli_outbox *out)
 {
-    sorted_bin o = {0}, v = {0};
-    tl_status st = sort_bin(j->ctx, &j->originals, bin, &o);
-    if (!st) st = sort_bin(j->ctx, &j->vertices, bin, &v);
+    tli_sorted_bin o = {0}, v = {0};
+    tl_status st = tli_bin_sort(j->ctx, &j->originals, bin, &o);
+    if (!st) st = tli_bin_sort(j->ctx, &j->vertices, bin, &v);
     for (size_t i = 0, k = 0; !st && i < o.count && k < v.count;) {
         size_t end = i, vert_end = k;
-        while (end < o.count && o.places[end] == o.places[i]) end++;
-        while (vert_end < v.count && v.places[vert_end] == v.places[k]) vert_end++;
-        if (o.places[i] == v.places[k]) st = join_place(j, &o, i, end, &v, k, vert_end, out);
-        bool before = o.places[i] < v.places[k];
-        if (o.places[i] <= v.places[k]) i = end;
+        while (end < o.count && o.keys[end] == o.keys[i]) end++;
+        while (vert_end < v.count && v.keys[vert_end] == v.keys[k]) vert_end++;
+        if (o.keys[i] == v.keys[k]) st = join_place(j, &o, i, end, &v, k, vert_end, out);
+        bool before = o.keys[i] < v.keys[k];
+        if (o.keys[i] <= v.keys[k]) i = end;
         if (!before) k = vert_end;
     }
-    release_bin(j->ctx, &v);
-    release_bin(j->ctx, &o);
+    tli_bin_release(j->ctx, &v);
+    tli_bin_release(j->ctx, &o);
     return st;
 }
 
 static tl_status join(joiner *j)
 {
-    outbox out;
-    tl_status st = open_outbox(j->ctx, &j->a->matches, &out);
-    for (uint32_t bin = 0; !st && bin < BINS; bin++) {
+    tli_outbox out;
+    tl_status st = tli_outbox_open(j->ctx, &j->a->matches, &out);
+    for (uint32_t bin = 0; !st && bin < TLI_ADD_BINS; bin++) {
         st = join_bin(j, bin, &out);
-        if (!st) st = tl_progress(j->ctx, "match", BINS + bin, 2 * BINS);
+        if (!st) st = tl_progress(j->ctx, "match", TLI_ADD_BINS + bin, 2 * TLI_ADD_BINS);
     }
-    st = close_outbox(&out, st);
+    st = tli_outbox_close(&out, st);
     uint64_t verts = tl_segments_vert_count(j->a->segments);
     if (!st && j->carried != verts)
         st = tl_fail(j->ctx, TL_ERR_DATA,
                      "%llu of %llu vertices lie where the model has none: another mesh",
                      (unsigned long long)(verts - j->carried), (unsigned long long)verts);
     return st;
+}
+
+/* ---- what was found ---- */
+
+tl_status tli_matches_read(tl_ctx *ctx, const tli_adder *a, uint32_t rank, const tl_patch *patch,
+                           tli_matches *m)
+{
+    tl_status st = TL_OK;
+    const size_t n = patch->vert_count;
+    const double reach = a->head->position_error * (1 + SLACK);
+    *m = (tli_matches){.count = (size_t)a->matches.counts[rank]};
+    m->records = tl_mem_alloc(ctx, m->count, tli_match_bytes(a->plan), &st);
+    m->nearest = tl_mem_alloc(ctx, n, sizeof *m->nearest, &st);
+    double *least = tl_mem_alloc(ctx, n, sizeof *least, &st);
+    if (!st) st = tli_bins_read(ctx, &a->matches, rank, m->records);
+    for (size_t v = 0; !st && v < n; v++) least[v] = (double)INFINITY;
+    for (size_t i = 0; !st && i < m->count; i++) {
+        const tli_match *match = tli_match_at(a->plan, m, i);
+        double x[3], d2 = 0;
+        tl_lattice_xyz(&a->head->lattice, patch->places[match->local], x);
+        for (int c = 0; c < 3; c++) d2 += (x[c] - match->xyz[c]) * (x[c] - match->xyz[c]);
+        if (d2 >= least[match->local]) continue;
+        least[match->local] = d2;
+        m->nearest[match->local] = (uint32_t)i;
+    }
+    for (size_t v = 0; !st && v < n; v++) {
+        double x[3];
+        tl_lattice_xyz(&a->head->lattice, patch->places[v], x);
+        if (!(sqrt(least[v]) <= reach))
+            st = tl_fail(ctx, TL_ERR_DATA,
+                         "the model has a vertex at %.9g %.9g %.9g, the data set has none there: "
+                         "another mesh",
+                         x[0], x[1], x[2]);
+    }
+    tl_mem_free(ctx, least);
+    return st;
+}
+
+void tli_matches_release(tl_ctx *ctx, tli_matches *m)
+{
+    tl_mem_free(ctx, m->nearest);
+    tl_mem_free(ctx, m->records);
+    *m = (tli_matches){0};
 }
 
 tl_status tli_adder_match(tli_adder *a)
@@ -335,8 +294,8 @@ tl_status tli_adder_match(tli_adder *a)
     unsigned shift;
     const char *folder = a->plan->opts.folder;
     j.seen = tl_mem_zalloc(a->ctx, (size_t)(tl_segments_id_end(a->segments) / 8 + 1), 1, &st);
-    if (!st) st = tli_bins_open(a->ctx, folder, sizeof(vertex), BINS, &j.vertices);
-    if (!st) st = tli_bins_open(a->ctx, folder, j.original_bytes, BINS, &j.originals);
+    if (!st) st = tli_bins_open(a->ctx, folder, sizeof(vertex), TLI_ADD_BINS, &j.vertices);
+    if (!st) st = tli_bins_open(a->ctx, folder, j.original_bytes, TLI_ADD_BINS, &j.originals);
     if (!st)
         st = tli_bins_open(a->ctx, folder, tli_match_bytes(a->plan), a->finest_count, &a->matches);
     if (!st) st = deal_vertices(&j, &shift);

@@ -24,21 +24,22 @@ typedef struct writer {
 /* ---- images ---- */
 
 /* Of all new channels of a patch. Gives values[0 .. field_count - 1]. */
-static tl_status load_images(writer *w, uint32_t id, uint32_t vert_count, int64_t **values)
+static tl_status load_images(writer *w, uint32_t id, const tl_patch *patch, int64_t **values)
 {
     tl_status st = TL_OK;
-    const size_t k = w->plan->vert_comps;
-    double *rows = tl_mem_alloc(w->ctx, vert_count * k, sizeof *rows, &st);
+    const size_t doubles = tli_row_doubles(w->plan, patch->vert_count, patch->tet_count);
+    double *rows = tl_mem_alloc(w->ctx, doubles, sizeof *rows, &st);
     if (!st)
         st = tli_depot_get(w->ctx, w->a->model->meshes, w->a->model->patches[id].ofs, rows,
-                           vert_count * k * sizeof *rows);
+                           doubles * sizeof *rows);
     for (size_t f = 0; !st && f < w->plan->field_count; f++) {
         const tli_field *field = &w->plan->fields[f];
+        const tli_rows from = tli_rows_of(w->plan, f, patch->vert_count, patch->tet_count);
         int64_t *to = values[f] =
-            tl_mem_alloc(w->ctx, vert_count * field->components, sizeof *to, &st);
-        for (size_t v = 0; !st && v < vert_count; v++)
+            tl_mem_alloc(w->ctx, from.count * field->components, sizeof *to, &st);
+        for (size_t e = 0; !st && e < from.count; e++)
             for (uint32_t c = 0; c < field->components; c++)
-                *to++ = tl_value_image(&field->code, rows[v * k + field->first + c]);
+                *to++ = tl_value_image(&field->code, rows[from.first + e * from.stride + c]);
     }
     tl_mem_free(w->ctx, rows);
     return st;
@@ -59,7 +60,7 @@ static tl_status train_patch(writer *w, tli_trainer *trainer, uint32_t id, unsig
     const int64_t **all = tl_mem_zalloc(w->ctx, w->new_count, sizeof *all, &st);
     int64_t **values = tl_mem_zalloc(w->ctx, w->plan->field_count, sizeof *values, &st);
     if (!st) st = tl_store_topology(w->ctx, w->a->store, id, &patch);
-    if (!st) st = load_images(w, id, patch->vert_count, values);
+    if (!st) st = load_images(w, id, patch, values);
     for (size_t f = 0; !st && f < w->plan->field_count; f++) all[w->old_count + f] = values[f];
     if (!st) st = tli_trainer_add(w->ctx, trainer, class_, patch, all);
     if (values) release_images(w, values);
@@ -184,7 +185,7 @@ static tl_status give_patch(void *user, uint32_t id, tli_blob *blobs, float *ran
     int64_t **values = tl_mem_zalloc(w->ctx, w->plan->field_count, sizeof *values, &st);
     if (!st) st = tl_store_patch(w->ctx, w->a->store, id, &info);
     if (!st) st = tl_store_topology(w->ctx, w->a->store, id, &patch);
-    if (!st) st = load_images(w, id, patch->vert_count, values);
+    if (!st) st = load_images(w, id, patch, values);
     for (size_t f = 0; !st && f < w->plan->field_count; f++) {
         const tli_field *field = &w->plan->fields[f];
         float lo = (float)note->ranges[2 * f], hi = (float)note->ranges[2 * f + 1];
