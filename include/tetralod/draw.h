@@ -27,8 +27,8 @@ typedef struct tl_image {
 TL_API tl_status tl_image_create(tl_ctx *ctx, uint32_t width, uint32_t height, tl_image **image);
 /* NULL is allowed. */
 TL_API void tl_image_destroy(tl_ctx *ctx, tl_image *image);
-/* Means of squares of factor x factor pixels; factor divides both sides, else TL_ERR_ARG. Gives
- * *small. */
+/* Means of squares of factor x factor pixels, with their nearest depth; factor divides both sides,
+ * else TL_ERR_ARG. Gives *small. */
 TL_API tl_status tl_image_reduce(tl_ctx *ctx, const tl_image *image, uint32_t factor,
                                  tl_image **small);
 /* Puts the picture in front of a colour (sRGB, 0 to 1); it is opaque then. NULL: white. */
