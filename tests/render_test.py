@@ -255,6 +255,41 @@ class Render(unittest.TestCase):
         self.assertGreater((image != 255).any(axis=2).sum(), 500)
         self.assertEqual(said["channels"][0]["channel"], "value")
 
+    def test_points_on_shells(self):
+        """Of a linear channel ten planes, seen from their edges: rows of points with nothing between."""
+        camera = self.write("rows.json", '{"position": [0, -9, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1], "parallel_scale": 1}')
+        words = ["--derive", "h=z", "--camera", camera, "--range=-1,1"]
+        shells, _ = self.draw(*words, "--points", "h")
+        cloud, _ = self.draw(*words, "--points", "h=200000")
+        for z in range(-9, 10):
+            seen = (shells[60 + 6 * z, 40:120] != 255).any(axis=1)
+            self.assertEqual(seen.mean(), z % 2, z)
+            self.assertGreater((cloud[60 + 6 * z, 40:120] != 255).any(axis=1).mean(), 0.9)
+
+    def test_smooth_edges_unless_said(self):
+        """Two rays a pixel and side where there are edges, one through a volume alone."""
+        for words, samples in ((["--surface", "value=60%"], "2"), (["--boundary"], "2"), (["--volume", "value"], "1")):
+            with self.subTest(words):
+                default, _ = self.draw(*words)
+                same, _ = self.draw(*words, "--samples", samples)
+                self.assertTrue((default == same).all())
+                other, _ = self.draw(*words, "--samples", "3")
+                self.assertTrue((default != other).any())
+
+    def test_gradient_opacity(self):
+        """A channel that is linear on one side and constant on the other: its gradient is seen, in proportion to the word."""
+        fog = self.write("even.json", '{"RGBPoints": [0, 1, 0, 0, 1, 1, 0, 0], "Points": [0, 0.05, 0.5, 0, 1, 0.05, 0.5, 0]}')
+        camera = self.write("even-camera.json", '{"position": [0, -9, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1], "parallel_scale": 2}')
+        words = ["--derive", "c=max(x,0)", "--volume", "c:" + fog, "--camera", camera, "--background", "black"]
+        plain, _ = self.draw(*words)
+        for word, part in (("1", 1), ("2", 0.5), ("100%", 1), ("400%", 0.25)):
+            with self.subTest(word):
+                image, _ = self.draw(*words, "--gradient-opacity", word)
+                self.assertEqual(image[60, 60].max(), 0)
+                layers = 2 / (0.02 * 12**0.5)  # the cube by the thickness that opacities hold for
+                self.assertLessEqual(abs(image[60, 100] - [255 * (1 - 0.95**(layers * part)), 0, 0]).max(), 1.5)
+        self.assertGreater(plain[60, 60].max(), 50)
+
     def test_lines(self):
         """Lines of a uniform flow along x are horizontal strokes from side to side; a box picks those that stay."""
         words = ["--derive", "u=vec(1,0,0)", "--lines", "u:flat,width=2", "--view", "-y", "--parallel"]
@@ -313,6 +348,7 @@ class Render(unittest.TestCase):
                                     (1, ["-o", "p.png", "--derive", "u=vec(1,0,0)", "--lines", "u", "--seeds", "x"], "no words of --seeds"),
                                     (2, ["-o", "p.png", "--points", "value=many"], "expected CHANNEL=NUMBER"),
                                     (2, ["-o", "p.png", "--points", "heat"], "'value'"),
+                                    (2, ["-o", "p.png", "--gradient-opacity", "-1"], "--gradient-opacity"),
                                     (2, ["-o", "p.png", "--slice", "w=1"], "expected X,Y,Z,NX,NY,NZ"),
                                     (2, ["-o", "p.png", "--slice", "0,0,0,0,0,0"], "expected X,Y,Z,NX,NY,NZ"),
                                     (2, ["-o", "p.png", "--background", "#12"], "expected none or a colour"),

@@ -7,7 +7,6 @@
 #include <strings.h>
 
 /* Most rays along a side of a picture. */
-static const uint32_t SIDE_MAX = 32768;
 
 /* Views by name: the side that is looked from. */
 static const struct {
@@ -162,10 +161,10 @@ int cli_picture_size(const cli_session *session, uint32_t samples, uint32_t size
     char rest;
     const char *text = cli_get(session, CLI_PICTURE_SIZE)->text;
     if (sscanf(text, "%5ux%5u%c", &size[0], &size[1], &rest) == 2 && size[0] && size[1] &&
-        size[0] * samples <= SIDE_MAX && size[1] * samples <= SIDE_MAX)
+        size[0] * samples <= CLI_SIDE_MAX && size[1] * samples <= CLI_SIDE_MAX)
         return CLI_DONE;
     return cli_misuse(session->args.verb, "--size %s: expected WxH of at most %u rays a side", text,
-                      SIDE_MAX);
+                      CLI_SIDE_MAX);
 }
 
 int cli_view_read(const cli_session *session, double view[3])

@@ -15,6 +15,8 @@ int cli_cameras_read(tl_ctx *ctx, const char *path, tl_camera **cameras, size_t 
 /* Writes what both read: an object, or a list of several. */
 int cli_cameras_write(const char *path, const tl_camera *cameras, size_t count);
 
+/* The most rays beside and above each other. */
+enum { CLI_SIDE_MAX = 32768 };
 /* --size WxH, of at most 32,768 pixels a side when each is samples wide. Returns an exit status. */
 int cli_picture_size(const cli_session *session, uint32_t samples, uint32_t size[2]);
 /* --view AZ,EL[,ZOOM] or the name of a side: azimuth and elevation in degrees, zoom. */

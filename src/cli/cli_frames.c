@@ -57,8 +57,8 @@ int cli_picture_words(const cli_session *session, cli_picture *picture)
     if (length < 4 || length >= CLI_PATH_BYTES - 32 || strcmp(out + length - 4, ".png") != 0)
         return cli_misuse(session->args.verb, "'%s': the name must end in .png", out);
     uint32_t size[2] = {0};
-    picture->samples = (uint32_t)cli_get(session, CLI_SAMPLES)->count;
-    int failed = cli_picture_size(session, picture->samples, size);
+    const cli_value *samples = cli_get(session, CLI_SAMPLES);
+    int failed = cli_picture_size(session, samples->given ? (uint32_t)samples->count : 1, size);
     picture->width = size[0];
     picture->height = size[1];
     if (!failed) failed = set_background(session, picture);

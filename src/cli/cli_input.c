@@ -274,6 +274,12 @@ double cli_diagonal(const tl_mesh *mesh)
                 (b[5] - b[4]) * (b[5] - b[4]));
 }
 
+void cli_middles(const double range[2], size_t count, double *values)
+{
+    for (size_t i = 0; i < count; i++)
+        values[i] = range[0] + ((double)i + 0.5) / (double)count * (range[1] - range[0]);
+}
+
 /* ---- summaries ---- */
 
 void cli_print_input(cli_session *session, const char *label, const cli_input *input)

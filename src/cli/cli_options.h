@@ -59,6 +59,7 @@ typedef enum cli_id {
     CLI_FRAMES,
     CLI_ORBIT,
     CLI_LIT,
+    CLI_GRADIENT_OPACITY,
     CLI_SURFACE,
     CLI_SLICE,
     CLI_BOUNDARY,

@@ -78,14 +78,6 @@ static int add_values(const cli_session *session, request *r, const char *text,
     return CLI_DONE;
 }
 
-/* The middles of as many equal parts of the range. */
-static void set_shells(request *r, size_t count, const double range[2])
-{
-    r->opts.value_count = count;
-    for (size_t i = 0; i < count; i++)
-        r->values[i] = range[0] + ((double)i + 0.5) / (double)count * (range[1] - range[0]);
-}
-
 static int set_values(cli_session *session, request *r)
 {
     double range[2];
@@ -102,7 +94,10 @@ static int set_values(cli_session *session, request *r)
         r->opts.low = range[0] = ends[0];
         r->opts.high = range[1] = ends[1];
     }
-    if (!failed && shells->given) set_shells(r, shells->count, range);
+    if (!failed && shells->given) {
+        r->opts.value_count = shells->count;
+        cli_middles(range, shells->count, r->values);
+    }
     r->opts.values = r->values;
     return failed;
 }

@@ -10,8 +10,8 @@ static const cli_option PICTURE[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT.png", NULL, 0, 0,
      "the picture; required. Of several frames with their number, as frame_%04d.png"},
     {CLI_PICTURE_SIZE, 0, "size", CLI_TYPE_TEXT, "WxH", "1280x960", 0, 0, "pixels"},
-    {CLI_SAMPLES, 0, "samples", CLI_TYPE_COUNT, "N", "1", 1, 8,
-     "N x N rays a pixel, for smooth edges"},
+    {CLI_SAMPLES, 0, "samples", CLI_TYPE_COUNT, "N", NULL, 1, 8,
+     "N x N rays a pixel, for smooth edges; without it 2, of volumes alone 1"},
     {CLI_BACKGROUND, 0, "background", CLI_TYPE_TEXT, "COLOUR", "white", 0, 0,
      "none (the picture stays transparent) or a colour: a name, #RRGGBB or R,G,B from 0 to 1"},
     {CLI_ANNOTATION, 0, "annotation", CLI_TYPE_TEXT, "PARTS", "bar,axes,box,error", 0, 0,
@@ -41,10 +41,15 @@ static const cli_option THINGS[] = {
      "a channel as a cloud, with a transfer function as ParaView writes it, or with opacities from "
      "its histogram"},
     {CLI_LIT, 0, "lit", CLI_TYPE_FLAG, NULL, NULL, 0, 0, "light on the volume"},
+    {CLI_GRADIENT_OPACITY, 0, "gradient-opacity", CLI_TYPE_AMOUNT, "G[%]", NULL, 0, 0,
+     "the volume has its opacity where its gradient is G or more (the channel's unit, or powers of "
+     "ten with --log, by unit of length; or percent of the largest), and the less the smaller it "
+     "is: borders without the inside"},
     {CLI_SURFACE, 0, "surface", CLI_TYPE_LIST, "CHANNEL=V[%][:COLOUR][:OPACITY]", NULL, 0, 0,
      "the isosurface at a value, or at a part of the channel's range"},
     {CLI_POINTS, 0, "points", CLI_TYPE_TEXT, "CHANNEL[=N]", NULL, 0, 0,
-     "some N points (200,000) on isosurfaces of all values"},
+     "some N points on isosurfaces of all values, a cloud; without N 200,000 on ten isosurfaces, "
+     "evenly over the range"},
     {CLI_LINES, 0, "lines", CLI_TYPE_TEXT, "CHANNEL[:WORDS]", NULL, 0, 0,
      "streamlines of vectors; words between commas: tubes, flat, width=PX, halo, arrows, dash "
      "(these two move along in frames), opacity=O"},
@@ -226,7 +231,9 @@ static int render(request *r)
 {
     cli_session *session = r->scene.session;
     int failed = cli_scene_plan(&r->scene);
-    if (!failed) failed = set_cameras(r);
+    if (failed) return failed;
+    cli_scene_set_samples(&r->scene, r->picture.width, r->picture.height);
+    failed = set_cameras(r);
     if (!failed) failed = write_transfer(r);
     if (!failed) failed = make_frames(r);
     if (failed) return failed;
@@ -259,8 +266,8 @@ static int run(cli_session *session)
 static const char *const EXAMPLES[] = {
     "tetralod render flow.tlod -o flow.png",
     "A first look: the volume of a room or the boundary of a part, off by a pixel at most",
-    "tetralod render flow.vtu -o flow.png --volume pressure:tf.json --view 120,35 --samples 2",
-    "A channel with ParaView's transfer function, from another side, smooth",
+    "tetralod render flow.vtu -o flow.png --volume pressure:tf.json --view 120,35",
+    "A channel with ParaView's transfer function, from another side",
     "tetralod render flow.tlod -o hybrid.png --volume pressure --surface speed=80%:orange:0.5 "
     "--derive \"speed=mag(velocity)\"",
     "A volume with a translucent surface of another channel in it",

@@ -1,5 +1,6 @@
 /* What a picture shows: the words that say it, or what a first look chooses; the mesh of a view. */
 #include "cli_scene.h"
+#include "cli_camera.h"
 #include "cli_visible.h"
 
 #include <math.h>
@@ -8,7 +9,9 @@
 /* Parts whose volume is less than this part of their box, or of a ball with their surface, are
  * solids rather than rooms: a first look shows them from outside. */
 static const double FILL_LEAST = 0.3, ROUND_LEAST = 0.35;
-enum { POINTS_WANTED = 200000 };
+enum { POINTS_WANTED = 200000, SHELLS = 10 };
+/* Rays a pixel and side where there are edges to be smoothed; clouds have none. */
+enum { SAMPLES = 2 };
 
 static const struct {
     const char *name;
@@ -154,12 +157,14 @@ static int take_points(cli_scene *scene, const char *word)
     const char *text;
     double number = POINTS_WANTED;
     const bool logarithmic = cli_get(scene->session, CLI_LOG)->given;
-    if (tl_mesh_channel_by_name(scene->mesh, word) ||
-        !cli_split_named(word, name, sizeof name, &text))
+    const bool has_number = !tl_mesh_channel_by_name(scene->mesh, word) &&
+                            cli_split_named(word, name, sizeof name, &text);
+    if (!has_number)
         snprintf(name, sizeof name, "%s", word);
     else if (!cli_parse_real(text, &number) || !(number >= 1 && number <= 1e8))
         return cli_misuse(scene->session->args.verb, "--points %s: expected CHANNEL=NUMBER", word);
     scene->points_wanted = (size_t)number;
+    scene->shell_count = has_number ? 0 : SHELLS;
     return get_shade(scene, name, NULL, logarithmic, &scene->points_shade);
 }
 
@@ -262,11 +267,19 @@ static int take_words(cli_scene *scene)
     return failed;
 }
 
-/* Something but lines at edges. */
-static bool shows_something(const cli_scene *scene)
+/* Something that has edges itself. */
+static bool shows_shapes(const cli_scene *scene)
 {
-    return scene->volume_shade || scene->iso_count || scene->slice_count || scene->boundary ||
-           scene->patches || scene->levels || scene->points_shade || scene->lines.name[0];
+    return scene->iso_count || scene->slice_count || scene->boundary || scene->patches ||
+           scene->levels || scene->points_shade || scene->lines.name[0];
+}
+
+void cli_scene_set_samples(cli_scene *scene, uint32_t width, uint32_t height)
+{
+    const cli_value *samples = cli_get(scene->session, CLI_SAMPLES);
+    const bool has_edges = shows_shapes(scene) || scene->edges || scene->silhouettes;
+    const bool fits = width <= CLI_SIDE_MAX / SAMPLES && height <= CLI_SIDE_MAX / SAMPLES;
+    scene->samples = samples->given ? (uint32_t)samples->count : has_edges && fits ? SAMPLES : 1;
 }
 
 int cli_scene_plan(cli_scene *scene)
@@ -281,7 +294,7 @@ int cli_scene_plan(cli_scene *scene)
     scene->diagonal = scene->volume.diagonal;
     failed = take_words(scene);
     if (failed) return failed;
-    if (!shows_something(scene)) {
+    if (!scene->volume_shade && !shows_shapes(scene)) {
         const bool colors = scene->color_shade != NULL, lines = scene->edges || scene->silhouettes;
         if (!colors && !lines) return first_look(scene);
         scene->boundary = colors;
@@ -465,15 +478,14 @@ tl_status cli_scene_draw(cli_scene *scene, const tl_camera *camera, double t, tl
     tl_ctx *ctx = scene->session->ctx;
     tl_image *fine = NULL;
     tl_camera large = *camera;
-    const uint32_t samples = (uint32_t)cli_get(scene->session, CLI_SAMPLES)->count;
     const double start = cli_now();
-    for (int k = 0; k < 2; k++) large.size_px[k] *= samples;
+    for (int k = 0; k < 2; k++) large.size_px[k] *= scene->samples;
     *image = NULL;
     tl_status st = scene->silhouettes ? cli_things_silhouettes(scene, camera) : TL_OK;
     if (!st && scene->lines.name[0]) st = cli_swarm_add_lines(scene, t);
     if (!st) st = tl_image_create(ctx, large.size_px[0], large.size_px[1], &fine);
     if (!st) st = tl_renderer_draw(ctx, scene->renderer, &large, fine);
-    if (!st) st = tl_image_reduce(ctx, fine, samples, image);
+    if (!st) st = tl_image_reduce(ctx, fine, scene->samples, image);
     tl_image_destroy(ctx, fine);
     scene->draw_seconds += cli_now() - start;
     return st;

@@ -81,6 +81,8 @@ typedef struct cli_scene {
     size_t slice_count;
     bool boundary, edges, silhouettes, patches, levels;
     size_t points_wanted;
+    uint32_t shell_count; /* isosurfaces that the points lie on; 0: of all values */
+    uint32_t samples;     /* samples x samples rays a pixel */
     cli_lines lines;
     /* of the frame */
     cli_kept *kept;
@@ -94,6 +96,9 @@ typedef struct cli_scene {
 /* Reads the words that say what is drawn; without any, chooses what a first look shows. The
  * volume is open. */
 int cli_scene_plan(cli_scene *scene);
+/* Sets the rays a pixel, of --samples or what is good for what is drawn, of a picture of that size.
+ */
+void cli_scene_set_samples(cli_scene *scene, uint32_t width, uint32_t height);
 /* Takes the mesh of a view out of the model (the first time of a file, too) and makes all that is
  * drawn of it. */
 int cli_scene_build(cli_scene *scene, const tl_camera *camera);
@@ -119,7 +124,7 @@ bool cli_parse_color(const char *text, double rgb[3]);
 /* ---- from where: cli_frames.c ---- */
 
 typedef struct cli_picture {
-    uint32_t width, height, samples;
+    uint32_t width, height;
     bool transparent;
     float background[3];
     size_t frame_count;

@@ -97,6 +97,8 @@ size_t cli_channel_elems(const tl_mesh *mesh, const tl_channel *channel);
  * its diagonal. */
 void cli_bounds(const tl_mesh *mesh, double bounds[6]);
 double cli_diagonal(const tl_mesh *mesh);
+/* The middles of count equal parts of a range. */
+void cli_middles(const double range[2], size_t count, double *values);
 
 /* Lines that several summaries share: a file with what the library said while it was read, and what
  * it has said since. */

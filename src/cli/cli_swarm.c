@@ -97,6 +97,7 @@ tl_status cli_swarm_add_points(cli_scene *scene)
 {
     tl_ctx *ctx = scene->session->ctx;
     tl_polydata *points = NULL;
+    double values[TL_SLICE_VALUES_MAX];
     const cli_shade *shade = scene->points_shade;
     tl_points_opts opts = tl_points_opts_defaults();
     tl_point_opts shape = tl_point_opts_defaults();
@@ -104,6 +105,12 @@ tl_status cli_swarm_add_points(cli_scene *scene)
     /* the least and the largest value have no surface */
     opts.low = cli_shade_shown(shade, shade->range[0]);
     opts.high = cli_shade_shown(shade, shade->range[1]);
+    if (opts.low < opts.high) {
+        const double range[2] = {opts.low, opts.high};
+        opts.values = values;
+        opts.value_count = scene->shell_count;
+        cli_middles(range, opts.value_count, values);
+    }
     opts.channels = &shade->channel;
     opts.channel_count = 1;
     tl_status st = tl_slice_points(ctx, scene->mesh, shade->scalar, &opts, NULL, &points);
@@ -114,7 +121,7 @@ tl_status cli_swarm_add_points(cli_scene *scene)
     look.transfer = shade->transfer;
     look.ambient = 0.45;
     look.specular = 0;
-    shape.radius_px = POINT_PX * (double)cli_get(scene->session, CLI_SAMPLES)->count;
+    shape.radius_px = POINT_PX * scene->samples;
     return tl_renderer_add_points(ctx, scene->renderer, points, &look, &shape, NULL);
 }
 
@@ -185,10 +192,9 @@ tl_status cli_swarm_add_lines(cli_scene *scene, double t)
     tl_status st = TL_OK;
     tl_ctx *ctx = scene->session->ctx;
     cli_lines *l = &scene->lines;
-    const double samples = (double)cli_get(scene->session, CLI_SAMPLES)->count;
     tl_line_opts shape = l->shape;
-    shape.width_px *= samples;
-    shape.halo_px *= samples;
+    shape.width_px *= scene->samples;
+    shape.halo_px *= scene->samples;
     shape.phase =
         t * ROUNDS * (shape.arrow_spacing > 0 ? shape.arrow_spacing : shape.dash + shape.gap);
     for (int part = 0; !st && part < 2; part++) {

@@ -22,7 +22,7 @@ enum { PALETTE_COUNT = sizeof PALETTE / sizeof *PALETTE };
 
 static double pixels(const cli_scene *scene, double px)
 {
-    return px * (double)cli_get(scene->session, CLI_SAMPLES)->count;
+    return px * scene->samples;
 }
 
 static tl_status keep_polydata(cli_scene *scene, tl_polydata *polydata)
@@ -58,6 +58,17 @@ static tl_look look_of(const cli_shade *shade, const tl_polydata *polydata)
 
 /* ---- volume ---- */
 
+/* The length of the longest gradient. */
+static double steepest(const tl_mesh *mesh, const double *gradients)
+{
+    double most = 0;
+    for (size_t v = 0; v < tl_mesh_vert_count(mesh); v++) {
+        const double *g = gradients + 3 * v, length = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+        if (isfinite(length)) most = fmax(most, length);
+    }
+    return most;
+}
+
 static tl_status add_volume(cli_scene *scene)
 {
     tl_ctx *ctx = scene->session->ctx;
@@ -66,10 +77,15 @@ static tl_status add_volume(cli_scene *scene)
     const cli_shade *shade = scene->volume_shade;
     tl_volume_opts opts = tl_volume_opts_defaults();
     opts.lit = cli_get(scene->session, CLI_LIT)->given;
+    const cli_value *fade = cli_get(scene->session, CLI_GRADIENT_OPACITY);
     tl_status st = tl_volume_create(ctx, scene->mesh, NULL, &volume);
     if (!st) st = cli_scene_keep(scene, (cli_kept){.volume = volume});
-    if (!st && opts.lit) st = make_gradients(scene, shade, &gradients);
+    if (!st && (opts.lit || fade->given)) st = make_gradients(scene, shade, &gradients);
     opts.gradients = gradients;
+    if (!st && fade->given)
+        opts.gradient_opacity = fade->percent        ? fade->real * steepest(scene->mesh, gradients)
+                                : shade->logarithmic ? fade->real
+                                                     : fade->real * shade->factor;
     return st ? st
               : tl_renderer_add_volume(ctx, scene->renderer, volume, shade->scalar, shade->transfer,
                                        &opts, NULL);
