@@ -3,6 +3,7 @@
 #define TETRALOD_SRC_EXTRACT_H
 
 #include "base/base.h"
+#include "mesh/mesh_edge.h"
 #include "tetralod/extract.h"
 
 /* Tets of a block of the range index, and of a piece of work. */
@@ -13,9 +14,9 @@ struct tl_range_index {
     double (*ranges)[2]; /* [blocks]; of finite values; least above largest where there is none */
 };
 
-/* An edge that is cut: its vertices, the smaller number in the upper half, and which value. */
+/* An edge that is cut, and by which value. */
 typedef struct tli_cut_edge {
-    uint64_t verts;
+    uint64_t verts; /* tli_edge_key */
     uint32_t level;
 } tli_cut_edge;
 
@@ -93,9 +94,9 @@ static inline double tli_mix(double a, double b, double w)
     return a * (1 - w) + b * w;
 }
 
-/* Sides of triangles by their edges: keys [3 * triangle_count] rising, the smaller vertex in the
- * upper half, and sides [3 * triangle_count], 3 * triangle + the corner where the side begins,
- * rising for equal keys. Gives both. TL_ERR_UNSUPPORTED for more than 1,431,655,765 triangles. */
+/* Sides of triangles by their edges: keys [3 * triangle_count] of tli_edge_key, rising, and sides
+ * [3 * triangle_count], 3 * triangle + the corner where the side begins, rising for equal keys.
+ * Gives both. TL_ERR_UNSUPPORTED for more than 1,431,655,765 triangles. */
 tl_status tli_sort_sides(tl_ctx *ctx, const tl_lidx *triangles, size_t triangle_count,
                          uint64_t **keys, uint32_t **sides);
 

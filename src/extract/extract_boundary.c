@@ -43,7 +43,7 @@ static tl_status list_sides(void *arg, size_t begin, size_t end, unsigned worker
     const siding *s = arg;
     for (size_t i = 3 * begin; i < 3 * end; i++) {
         tl_lidx a = s->triangles[i], b = s->triangles[tli_next_corner(i)];
-        s->keys[i] = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+        s->keys[i] = tli_edge_key(a, b);
         s->sides[i] = (uint32_t)i;
     }
     return TL_OK;

@@ -147,8 +147,7 @@ static tl_status fill_pieces(void *arg, size_t begin, size_t end, unsigned worke
         memcpy(refs, q, 4 * sizeof *refs);
         for (unsigned e = 0; e < r.edge_count; e++, edge++) {
             tl_lidx a = q[r.edges[e] / 4 - 1], b = q[r.edges[e] % 4];
-            p->edges.edges[edge].verts = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
-            p->edges.edges[edge].level = 0;
+            p->edges.edges[edge] = (tli_cut_edge){tli_edge_key(a, b), 0};
             refs[r.edges[e]] = (tl_lidx)(j->mesh->vert_count + edge);
         }
         for (unsigned i = 0; i < r.tet_count; i++, tet++) {

@@ -33,8 +33,7 @@ static bool is_cut(const job *j, size_t a, size_t b)
 static void add_cut(job *j, tl_lidx a, tl_lidx b)
 {
     j->refs[j->ref_count++] = (tl_lidx)(j->from->vert_count + j->edge_count);
-    j->edges[j->edge_count++] =
-        (tli_cut_edge){a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a, 0};
+    j->edges[j->edge_count++] = (tli_cut_edge){tli_edge_key(a, b), 0};
 }
 
 /* ---- cells ---- */

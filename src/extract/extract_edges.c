@@ -183,7 +183,7 @@ static tl_status sort_rims(tl_ctx *ctx, tl_edges *e, size_t rims)
         for (size_t r = 0; r < e->parts[i].rim_count; r++) {
             const tl_lidx *verts = e->parts[i].rims[r].verts;
             uint32_t a = e->parts[i].shared[verts[0]], b = e->parts[i].shared[verts[1]];
-            keys[next] = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+            keys[next] = tli_edge_key(a, b);
             all[next] = (tli_seam_side){(uint32_t)i, (uint32_t)r};
             order[next] = (uint32_t)next;
             next++;

@@ -147,7 +147,7 @@ static tl_status count_pieces(void *arg, size_t begin, size_t end, unsigned work
 static uint32_t edge_slot(table *seen, tli_cut_edge *edges, size_t *count, tl_lidx a, tl_lidx b,
                           uint32_t level)
 {
-    uint64_t verts = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+    uint64_t verts = tli_edge_key(a, b);
     uint32_t mark = seen->stamp << 8 | level;
     size_t mask = ((size_t)1 << TABLE_BITS) - 1;
     size_t at = tli_edge_hash(verts, level) & mask;

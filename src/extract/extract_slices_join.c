@@ -30,8 +30,8 @@ static void list_seams(join *j, size_t i)
     for (size_t r = 0; r < part->rim_count; r++) {
         const tli_rim_vert *v = &part->rim[r];
         if (!is_seam(part, v)) continue;
-        uint64_t a = part->keys[v->ends[0]], b = part->keys[v->ends[1]];
-        j->seams.edges[at++] = (tli_cut_edge){a < b ? a << 32 | b : b << 32 | a, v->level};
+        uint64_t verts = tli_edge_key(part->keys[v->ends[0]], part->keys[v->ends[1]]);
+        j->seams.edges[at++] = (tli_cut_edge){verts, v->level};
     }
     j->seams.counts[i] = at - j->seams.starts[i];
 }

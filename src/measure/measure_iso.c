@@ -6,6 +6,7 @@
 
 #include "base/base_sort.h"
 #include "measure/measure.h"
+#include "mesh/mesh_edge.h"
 
 enum { ISO_GRAIN = 16384 }; /* tets of a piece */
 
@@ -14,14 +15,8 @@ typedef struct iso_job {
     const double *values;
     double value;
     size_t *offsets; /* [pieces + 1] triangles of the pieces before */
-    uint64_t *keys;  /* [3 * triangles] smaller and larger vertex of the edge of each corner; NULL:
-                        count only */
+    uint64_t *keys;  /* [3 * triangles] edges of the corners; NULL: count only */
 } iso_job;
-
-static uint64_t edge_key(tl_lidx a, tl_lidx b)
-{
-    return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
-}
 
 /* Writes the edges of the triangles of one tet, three a triangle, and returns their count. */
 static size_t march_tet(const iso_job *job, const tl_lidx corners[4], uint64_t edges[6])
@@ -40,11 +35,11 @@ static size_t march_tet(const iso_job *job, const tl_lidx corners[4], uint64_t e
     if (above_count != 2) {
         tl_lidx tip = above_count == 1 ? above[0] : below[0];
         const tl_lidx *base = above_count == 1 ? below : above;
-        for (int i = 0; i < 3; i++) edges[i] = edge_key(tip, base[i]);
+        for (int i = 0; i < 3; i++) edges[i] = tli_edge_key(tip, base[i]);
         return 1;
     }
-    const uint64_t ring[4] = {edge_key(above[0], below[0]), edge_key(above[0], below[1]),
-                              edge_key(above[1], below[1]), edge_key(above[1], below[0])};
+    const uint64_t ring[4] = {tli_edge_key(above[0], below[0]), tli_edge_key(above[0], below[1]),
+                              tli_edge_key(above[1], below[1]), tli_edge_key(above[1], below[0])};
     const int split[6] = {0, 1, 2, 0, 2, 3};
     for (int i = 0; i < 6; i++) edges[i] = ring[split[i]];
     return 2;

@@ -2,6 +2,7 @@
 #include "base/base_sort.h"
 #include "base/base_vec.h"
 #include "mesh/mesh.h"
+#include "mesh/mesh_edge.h"
 
 void tl_polydata_destroy(tl_ctx *ctx, tl_polydata *polydata)
 {
@@ -78,7 +79,7 @@ tl_status tl_polydata_closed(tl_ctx *ctx, const tl_polydata *polydata, bool *clo
         size_t next = e % 3 == 2 ? e - 2 : e + 1;
         tl_lidx a = polydata->corners[e], b = polydata->corners[next];
         forward[e] = a < b;
-        edges[e] = (uint64_t)(a < b ? a : b) << 32 | (a < b ? b : a);
+        edges[e] = tli_edge_key(a, b);
     }
     if (!st) st = tli_sort_u64(ctx, edges, forward, count);
     bool all = count > 0 && count % 2 == 0;

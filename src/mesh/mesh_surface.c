@@ -4,6 +4,7 @@
 #include "mesh/mesh_surface.h"
 
 #include "base/base_sort.h"
+#include "mesh/mesh_edge.h"
 
 /* State of a vertex: fans seen, up to two, and whether one of its edges is counted. */
 #define FANS 3
@@ -54,7 +55,7 @@ static tl_status list_edges(tl_ctx *ctx, surface *s)
 {
     for (size_t i = 0; i < s->corner_count; i++) {
         tl_lidx a = s->triangles[i], b = s->triangles[next_corner(i)];
-        s->edges[i] = a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
+        s->edges[i] = tli_edge_key(a, b);
         s->corners[i] = s->parents[i] = (uint32_t)i;
     }
     return tli_sort_u64(ctx, s->edges, s->corners, s->corner_count);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/base_sort.h"
+#include "mesh/mesh_edge.h"
 
 /* Relative to the largest error of the level before: how near a triangle must be to take the place
  * of the original ones, and how far all that took such a place may be off together. */
@@ -184,7 +185,7 @@ static tl_status find_after(tli_boundary *b, const tli_weld *weld, const tli_pie
 
 /* Sides as 3 * triangle + corner they start at, equal ones one after another. */
 typedef struct side_list {
-    uint64_t *keys; /* lower vertex << 32 | higher one */
+    uint64_t *keys; /* tli_edge_key */
     uint32_t *sides;
     size_t count;
 } side_list;
@@ -196,8 +197,8 @@ static tl_status list_sides(const tli_boundary *b, side_list *list)
     list->keys = tl_mem_alloc(b->ctx, n, sizeof *list->keys, &st);
     list->sides = tl_mem_alloc(b->ctx, n, sizeof *list->sides, &st);
     for (size_t i = 0; !st && i < n; i++) {
-        uint64_t u = b->after.triangles[i], v = b->after.triangles[i % 3 == 2 ? i - 2 : i + 1];
-        list->keys[i] = u < v ? u << 32 | v : v << 32 | u;
+        size_t next = i % 3 == 2 ? i - 2 : i + 1;
+        list->keys[i] = tli_edge_key(b->after.triangles[i], b->after.triangles[next]);
         list->sides[i] = (uint32_t)i;
     }
     return st ? st : tli_sort_u64(b->ctx, list->keys, list->sides, n);

@@ -7,6 +7,7 @@
 #include "base/base_sort.h"
 #include "base/base_vec.h"
 #include "mesh/mesh.h"
+#include "mesh/mesh_edge.h"
 #include "simplify/simplify_work.h"
 
 /* A boundary edge is sharp when its two faces bend by more than this (radians). */
@@ -132,7 +133,7 @@ static tl_status freeze_bad_tets(tli_work *w, const tl_lidx *opposite)
 
 /* The edges of all surface faces, sorted: equal ones are neighbours. */
 typedef struct edge_list {
-    uint64_t *keys;  /* smaller vertex << 32 | larger */
+    uint64_t *keys;  /* tli_edge_key */
     uint32_t *faces; /* surface face */
     size_t count;
 } edge_list;
@@ -145,8 +146,8 @@ static tl_status list_edges(tli_work *w, edge_list *edges)
     edges->faces = tl_mem_alloc(w->ctx, edges->count, sizeof *edges->faces, &st);
     for (size_t s = 0; !st && s < w->surface_count; s++)
         for (int i = 0; i < 3; i++) {
-            uint64_t a = w->surface[s][i], b = w->surface[s][(i + 1) % 3];
-            edges->keys[3 * s + (size_t)i] = a < b ? a << 32 | b : b << 32 | a;
+            edges->keys[3 * s + (size_t)i] =
+                tli_edge_key(w->surface[s][i], w->surface[s][(i + 1) % 3]);
             edges->faces[3 * s + (size_t)i] = (uint32_t)s;
         }
     if (!st) st = tli_sort_u64(w->ctx, edges->keys, edges->faces, edges->count);
