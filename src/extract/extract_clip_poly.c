@@ -132,30 +132,14 @@ static tl_status carry_normals(job *j)
     return st;
 }
 
-static tl_status carry(job *j, const double *from, size_t components, double **values)
-{
-    return tli_cut_verts_carry(j->ctx, &j->verts, j->from->xyz, j->scalar, from, components,
-                               values);
-}
-
 static tl_status make_verts(job *j)
 {
     size_t starts[2] = {0, j->edge_count}, counts[1] = {j->edge_count};
     tli_cut_edges edges = {j->edges, starts, counts, 1};
     tl_status st = tli_cut_verts_make(j->ctx, j->refs, j->ref_count, j->from->vert_count, &edges,
                                       j->refs, &j->verts);
-    j->out->vert_count = j->verts.count;
-    if (!st) st = carry(j, j->from->xyz, 3, &j->out->xyz);
-    if (!st) st = carry_normals(j);
-    for (size_t c = 0; !st && c < j->from->channel_count; c++) {
-        double *values = NULL;
-        tl_channel own = j->from->channels[c];
-        st = carry(j, own.values, own.components, &values);
-        own.values = values;
-        if (!st) st = tl_polydata_adopt_channel(j->ctx, j->out, &own);
-        if (st) tl_mem_free(j->ctx, values);
-    }
-    return st;
+    if (!st) st = tli_cut_verts_polydata(j->ctx, &j->verts, j->from, j->scalar, j->out);
+    return st ? st : carry_normals(j);
 }
 
 /* ---- sides ---- */

@@ -67,16 +67,7 @@ static tl_status pick_verts(tl_ctx *ctx, const tl_polydata *from, tl_polydata *t
     tli_cut_verts verts = {0};
     tl_status st = tli_cut_verts_make(ctx, to->corners, to->starts[to->cell_count],
                                       from->vert_count, &edges, to->corners, &verts);
-    to->vert_count = verts.count;
-    if (!st) st = tli_cut_verts_carry(ctx, &verts, from->xyz, NULL, from->xyz, 3, &to->xyz);
-    for (size_t c = 0; !st && c < from->channel_count; c++) {
-        double *values = NULL;
-        tl_channel own = from->channels[c];
-        st = tli_cut_verts_carry(ctx, &verts, from->xyz, NULL, own.values, own.components, &values);
-        own.values = values;
-        if (!st) st = tl_polydata_adopt_channel(ctx, to, &own);
-        if (st) tl_mem_free(ctx, values);
-    }
+    if (!st) st = tli_cut_verts_polydata(ctx, &verts, from, NULL, to);
     tli_cut_verts_release(ctx, &verts);
     return st;
 }

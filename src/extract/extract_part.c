@@ -124,6 +124,23 @@ tl_status tli_cut_verts_carry(tl_ctx *ctx, const tli_cut_verts *verts, const dou
     return st;
 }
 
+tl_status tli_cut_verts_polydata(tl_ctx *ctx, const tli_cut_verts *verts, const tl_polydata *from,
+                                 const double *scalar, tl_polydata *to)
+{
+    to->vert_count = verts->count;
+    tl_status st = tli_cut_verts_carry(ctx, verts, from->xyz, scalar, from->xyz, 3, &to->xyz);
+    for (size_t c = 0; !st && c < from->channel_count; c++) {
+        double *values = NULL;
+        tl_channel own = from->channels[c];
+        st =
+            tli_cut_verts_carry(ctx, verts, from->xyz, scalar, own.values, own.components, &values);
+        own.values = values;
+        if (!st) st = tl_polydata_adopt_channel(ctx, to, &own);
+        if (st) tl_mem_free(ctx, values);
+    }
+    return st;
+}
+
 /* ---- what is carried ---- */
 
 static tl_status carry_tets(tl_ctx *ctx, const tli_part *p, const tl_channel *channel,

@@ -23,6 +23,10 @@ double tli_cut_ends(const tli_cut_verts *verts, const double *xyz, const double 
 tl_status tli_cut_verts_carry(tl_ctx *ctx, const tli_cut_verts *verts, const double *xyz,
                               const double *scalar, const double *from, size_t components,
                               double **values);
+/* Makes them the vertices of a polydata, with places and channels of the one they were in; scalar
+ * may be NULL where nothing is cut. */
+tl_status tli_cut_verts_polydata(tl_ctx *ctx, const tli_cut_verts *verts, const tl_polydata *from,
+                                 const double *scalar, tl_polydata *to);
 
 /* Tets by references: below the vertex count of the mesh they are its vertices, from there on cut
  * edges, vertex count + place of the edge. */
