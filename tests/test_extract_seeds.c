@@ -67,6 +67,24 @@ static void seeds_are_even(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* A box has about as many seeds as asked for, however thin it is. */
+static void thin_boxes_have_their_seeds(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(1);
+    static const double BOXES[][6] = {{0, 1, 0, 1, 0, 1e-9},      {0, 1, 0, 1e-6, 0, 1e-6},
+                                      {0, 1e-3, 0, 1, 0, 1e-300}, {0, 1e-200, 0, 1e-200, 0, 1e-200},
+                                      {0, 1e200, 0, 1e200, 0, 1}, {0, 1, 0, 0.5, 0, 0.04}};
+    for (size_t i = 0; i < sizeof BOXES / sizeof *BOXES; i++)
+        for (size_t wanted = 1; wanted <= 100000; wanted *= 10) {
+            tl_polydata *p = NULL;
+            CHECK_OK(ctx, tl_seeds_box(ctx, BOXES[i], wanted, &p));
+            CHECK(p->vert_count >= wanted / 2 && p->vert_count <= 2 * wanted);
+            tl_polydata_destroy(ctx, p);
+        }
+    check_ctx_destroy(ctx);
+}
+
 static void impossible_seeds_are_refused(void **state)
 {
     (void)state;
@@ -289,6 +307,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(seeds_are_even),
+        cmocka_unit_test(thin_boxes_have_their_seeds),
         cmocka_unit_test(impossible_seeds_are_refused),
         cmocka_unit_test(zeros_are_found_once),
         cmocka_unit_test(lines_cover_every_cell),

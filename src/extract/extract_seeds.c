@@ -35,19 +35,28 @@ static void push_point(tl_polydata *points, const double x[3])
     points->cell_count = points->vert_count;
 }
 
-/* Cubes, squares or parts of about count that fill a box with these sides, some of which may be 0:
- * how many along each, and how many in all. */
-static size_t divide(const double sides[3], size_t count, size_t parts[3])
+/* The edge of about count cubes, squares or parts that fill those sides of a box that are above
+ * least; 1 if there are none. */
+static double edge_of(const double sides[3], double longest, double least, size_t count)
 {
-    double content = 1;
+    double content = 1; /* of the longest side, which keeps it from running over */
     int extents = 0;
-    size_t all = 1;
     for (int k = 0; k < 3; k++)
-        if (sides[k] > 0) {
-            content *= sides[k];
+        if (sides[k] > least) {
+            content *= sides[k] / longest;
             extents++;
         }
-    double edge = extents ? pow(content / (double)count, 1.0 / extents) : 1;
+    return extents ? longest * pow(content / (double)count, 1.0 / extents) : 1;
+}
+
+/* How many of about count cubes, squares or parts stand along each side of a box, and how many in
+ * all. Sides too short for half a cube are flat: the others then share the count. */
+static size_t divide(const double sides[3], size_t count, size_t parts[3])
+{
+    double longest = fmax(fmax(sides[0], sides[1]), sides[2]);
+    double edge = longest / (double)count;
+    size_t all = 1;
+    for (int k = 0; k < 3; k++) edge = edge_of(sides, longest, edge / 2, count);
     for (int k = 0; k < 3; k++) {
         double wanted = round(sides[k] / edge);
         parts[k] = wanted > 1 ? (size_t)fmin(wanted, (double)count) : 1;
