@@ -2,7 +2,6 @@
  * adjacency and locator. The peer is vtkStreamTracer with the same order, seeds and step. Both are
  * measured in processor time: steps by second and core. */
 #include <math.h>
-#include <time.h>
 
 #include "cli_bench.h"
 #include "tetralod/extract.h"
@@ -23,14 +22,6 @@ typedef struct lines_row {
     double length;
     double vtk_s, vtk_length, vtk_steps; /* 0: not asked */
 } lines_row;
-
-/* Processor seconds of all threads. */
-static double cpu_now(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static tl_status write_seeds(tl_ctx *ctx, const lines_row *row, const tl_polydata *seeds)
 {
@@ -53,10 +44,10 @@ static tl_status run_lines(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh,
     for (size_t run = 0; run <= runs && !st; run++) {
         tl_polydata *lines = NULL;
         tl_stream_report report;
-        double start = cpu_now();
+        double start = cli_cpu();
         st = tl_streamlines(ctx, mesh, opposite, locator, tl_mesh_channel(mesh, 0)->values,
                             seeds->xyz, seeds->vert_count, NULL, &lines, &report);
-        if (run > 0) times->seconds[times->count++] = cpu_now() - start;
+        if (run > 0) times->seconds[times->count++] = cli_cpu() - start;
         if (st) return st;
         row->lines = lines->cell_count;
         row->steps = report.steps;

@@ -1,8 +1,6 @@
 /* tetralod bench view: the first picture of a model, from opening it to its pixels, at an error of
  * a pixel and at full resolution, and how far the two are apart. */
 #include <math.h>
-#include <string.h>
-#include <time.h>
 
 #include "cli_bench.h"
 #include "cli_visible.h"
@@ -24,13 +22,6 @@ typedef struct view_look {
     cli_points points;
     float *opacity, *unseen; /* [channel_count][TL_BINS] */
 } view_look;
-
-static double processor_seconds(void)
-{
-    struct timespec t = {0};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static tl_status look_at(tl_ctx *ctx, const tl_store_head *head, view_look *look)
 {
@@ -94,7 +85,7 @@ static tl_status make_picture(tl_ctx *ctx, const char *path, double pixels, view
     tl_mesh *mesh = NULL;
     view_look look = {0};
     tl_camera camera;
-    double start = cli_now(), last = start, used = processor_seconds();
+    double start = cli_now(), last = start, used = cli_cpu();
     tl_cut_query query = tl_cut_query_defaults();
     tl_status st = tl_store_open(ctx, path, &store);
     const tl_store_head *head = st ? NULL : tl_store_get_head(store);
@@ -118,7 +109,7 @@ static tl_status make_picture(tl_ctx *ctx, const char *path, double pixels, view
     row->decode = lap(&last);
     if (!st) st = draw(ctx, mesh, head, &look, &camera, &last, row);
     row->all = cli_now() - start;
-    row->processor = processor_seconds() - used;
+    row->processor = cli_cpu() - used;
     if (!st) row->state = tl_cut_get_state(cut);
     if (!st) row->bytes_read = tl_store_bytes_read(store);
     tl_mesh_destroy(mesh);
