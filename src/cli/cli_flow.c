@@ -27,7 +27,7 @@ static const struct {
 
 typedef struct seed_words {
     seed_kind kind;
-    double numbers[6];
+    double numbers[6]; /* of a box its bounds */
     size_t count;
 } seed_words;
 
@@ -48,7 +48,9 @@ static bool parse(const char *words, seed_words *s)
         length = strcspn(++at, ":");
         if (length >= sizeof numbers) return false;
         memcpy(numbers, at, length);
-        if (!cli_parse_reals(numbers, s->numbers, KINDS[s->kind].number_count)) return false;
+        if (s->kind == BOX ? !cli_parse_box(numbers, s->numbers)
+                           : !cli_parse_reals(numbers, s->numbers, KINDS[s->kind].number_count))
+            return false;
         at += length;
     }
     if (!*at) return true;
@@ -151,15 +153,6 @@ static tl_status read_file(tl_ctx *ctx, const char *path, tl_polydata **seeds)
 
 /* ---- lines ---- */
 
-/* X0,Y0,Z0,X1,Y1,Z1 to x0, x1, y0, y1, z0, z1. */
-static void order_bounds(const double corners[6], double bounds[6])
-{
-    for (int k = 0; k < 3; k++) {
-        bounds[2 * k] = fmin(corners[k], corners[3 + k]);
-        bounds[2 * k + 1] = fmax(corners[k], corners[3 + k]);
-    }
-}
-
 static tl_status make_seeds(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
                             const seed_words *s, const char *words, tl_polydata **seeds)
 {
@@ -177,7 +170,7 @@ static tl_status make_seeds(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *
                 tl_seeds_around(ctx, points, CRITICAL_RADIUS * cli_diagonal(mesh), s->count, seeds);
         tl_polydata_destroy(ctx, points);
         return st;
-    case BOX: order_bounds(s->numbers, bounds); return tl_seeds_box(ctx, bounds, s->count, seeds);
+    case BOX: return tl_seeds_box(ctx, s->numbers, s->count, seeds);
     case LINE: return tl_seeds_line(ctx, s->numbers, s->numbers + 3, s->count, seeds);
     case PLANE: return tl_seeds_plane(ctx, s->numbers, s->numbers + 3, bounds, s->count, seeds);
     default: return read_file(ctx, words, seeds);

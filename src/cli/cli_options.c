@@ -152,11 +152,24 @@ bool cli_parse_reals(const char *text, double *values, size_t count)
         char number[64];
         size_t length = strcspn(text, ",");
         bool last = i + 1 == count;
-        snprintf(number, sizeof number, "%.*s", (int)length, text);
+        if (length >= sizeof number) return false;
+        memcpy(number, text, length);
+        number[length] = '\0';
         if (!cli_parse_real(number, &values[i]) || !isfinite(values[i]) ||
             (text[length] == ',') == last)
             return false;
         text += length + !last;
+    }
+    return true;
+}
+
+bool cli_parse_box(const char *text, double bounds[6])
+{
+    double corners[6];
+    if (!cli_parse_reals(text, corners, 6)) return false;
+    for (int k = 0; k < 3; k++) {
+        bounds[2 * k] = fmin(corners[k], corners[3 + k]);
+        bounds[2 * k + 1] = fmax(corners[k], corners[3 + k]);
     }
     return true;
 }
@@ -183,6 +196,19 @@ bool cli_list_names(const cli_value *list, const char *name)
         for (; *at; at += strcspn(at, ","), at += *at == ',')
             if (strcspn(at, ",") == length && memcmp(at, name, length) == 0) return true;
     }
+    return false;
+}
+
+bool cli_list_unknown(const cli_value *list, bool (*is_known)(const void *arg, const char *name),
+                      const void *arg, char name[CLI_NAME_BYTES])
+{
+    for (size_t i = 0; i < list->item_count; i++)
+        for (const char *at = list->items[i]; *at;) {
+            size_t length = strcspn(at, ",");
+            snprintf(name, CLI_NAME_BYTES, "%.*s", (int)length, at);
+            if (!is_known(arg, name) && !is_known(arg, list->items[i])) return true;
+            at += length + (at[length] == ',');
+        }
     return false;
 }
 

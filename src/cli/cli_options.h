@@ -246,10 +246,17 @@ bool cli_parse_amount(const char *text, double *value, bool *percent);
 bool cli_parse_real(const char *text, double *value);
 /* Reads count finite numbers separated by commas; false if text is anything else. */
 bool cli_parse_reals(const char *text, double *values, size_t count);
+/* Reads "X0,Y0,Z0,X1,Y1,Z1", two corners in any order, as x0, x1, y0, y1, z0, z1, each pair rising;
+ * false if text is anything else. */
+bool cli_parse_box(const char *text, double bounds[6]);
 /* Reads length bytes of text: "V", or "P%" of a range. False for what is no number, and for NaN. */
 bool cli_parse_part(const char *text, size_t length, const double range[2], double *value);
 /* True if the texts of a list, or the words between their commas, name it. */
 bool cli_list_names(const cli_value *list, const char *name);
+/* Looks for a word between the commas of a list that is not known, nor is its text as a whole; true
+ * if there is one, which is then in name. */
+bool cli_list_unknown(const cli_value *list, bool (*is_known)(const void *arg, const char *name),
+                      const void *arg, char name[CLI_NAME_BYTES]);
 /* Splits "NAME=VALUE" at its last '='; name receives the part before, false if there is none or it
  * does not fit. */
 bool cli_split_named(const char *text, char *name, size_t name_bytes, const char **value);

@@ -85,20 +85,18 @@ static bool is_wanted(const probe *p, const tl_channel *channel)
            (!list->given || cli_list_names(list, channel->name));
 }
 
+static bool has_channel(const void *mesh, const char *name)
+{
+    return tl_mesh_channel_by_name(mesh, name) != NULL;
+}
+
 static int check_channels(const probe *p)
 {
+    char name[CLI_NAME_BYTES];
     const cli_value *list = cli_get(p->session, CLI_CHANNELS);
-    for (size_t i = 0; i < list->item_count; i++)
-        for (const char *at = list->items[i]; *at;) {
-            char name[CLI_NAME_BYTES];
-            const size_t length = strcspn(at, ",");
-            snprintf(name, sizeof name, "%.*s", (int)length, at);
-            if (!tl_mesh_channel_by_name(p->mesh, name) &&
-                !tl_mesh_channel_by_name(p->mesh, list->items[i]))
-                return cli_unknown_channel(p->session, p->mesh, name);
-            at += length + (at[length] == ',');
-        }
-    return CLI_DONE;
+    return cli_list_unknown(list, has_channel, p->mesh, name)
+               ? cli_unknown_channel(p->session, p->mesh, name)
+               : CLI_DONE;
 }
 
 /* The promised error of a channel; infinite of what was made here, 0 of a file. */

@@ -56,7 +56,6 @@ int cli_swarm_lines(cli_scene *scene, const char *text)
 {
     cli_session *session = scene->session;
     cli_lines *l = &scene->lines;
-    double c[6];
     const tl_channel *channel;
     const cli_value *box = cli_get(session, CLI_BOX);
     const char *seeds = cli_get(session, CLI_SEEDS)->text, *words = "";
@@ -81,13 +80,9 @@ int cli_swarm_lines(cli_scene *scene, const char *text)
     }
     if (!cli_flow_is_seeds(seeds))
         return cli_misuse(session->args.verb, "--seeds %s: expected " CLI_SEEDS_WORDS, seeds);
-    if (box->given && !cli_parse_reals(box->text, c, 6))
+    if (box->given && !cli_parse_box(box->text, l->box))
         return cli_misuse(session->args.verb, "--box %s: expected X0,Y0,Z0,X1,Y1,Z1", box->text);
     l->has_box = box->given;
-    for (int k = 0; box->given && k < 3; k++) {
-        l->box[2 * k] = fmin(c[k], c[3 + k]);
-        l->box[2 * k + 1] = fmax(c[k], c[3 + k]);
-    }
     return cli_flow_channel(session, scene->mesh, l->name, &channel);
 }
 

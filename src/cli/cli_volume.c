@@ -299,9 +299,15 @@ tl_status cli_volume_scalar(tl_ctx *ctx, const tl_channel *channel, size_t count
     return st;
 }
 
+static bool is_on_verts(const void *mesh, const char *name)
+{
+    return cli_vertex_channel(mesh, name) != NULL;
+}
+
 int cli_carried(cli_session *session, const tl_mesh *mesh, size_t **carried, size_t *count)
 {
     tl_status st = TL_OK;
+    char name[CLI_NAME_BYTES];
     const cli_value *list = cli_get(session, CLI_CHANNELS);
     *count = 0;
     *carried = tl_mem_alloc(session->ctx, tl_mesh_channel_count(mesh), sizeof **carried, &st);
@@ -311,17 +317,9 @@ int cli_carried(cli_session *session, const tl_mesh *mesh, size_t **carried, siz
         if (channel->on != TL_ON_VERTEX) continue;
         if (!list->given || cli_list_names(list, channel->name)) (*carried)[(*count)++] = c;
     }
-    for (size_t i = 0; i < list->item_count; i++) {
-        char name[CLI_NAME_BYTES];
-        for (const char *at = list->items[i]; *at;) {
-            size_t length = strcspn(at, ",");
-            snprintf(name, sizeof name, "%.*s", (int)length, at);
-            if (!cli_vertex_channel(mesh, name) && !cli_vertex_channel(mesh, list->items[i]))
-                return cli_unknown_channel(session, mesh, name);
-            at += length + (at[length] == ',');
-        }
-    }
-    return CLI_DONE;
+    return cli_list_unknown(list, is_on_verts, mesh, name)
+               ? cli_unknown_channel(session, mesh, name)
+               : CLI_DONE;
 }
 
 /* ---- summaries ---- */
