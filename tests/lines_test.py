@@ -121,7 +121,7 @@ class Lines(unittest.TestCase):
         self.assertTrue(said["length"] <= 2 * said["lines"] * (1 + 1e-6))
 
     def test_what_makes_no_sense(self):
-        self.check_fails(2, "lines go into .vtp", name="none.stl")
+        self.check_fails(2, "must end in .vtp", name="none.stl")
         self.check_fails(2, "expected grid[:N]", "--seeds", "box:1,2,3")
         self.check_fails(2, "expected grid[:N]", "--seeds", "grid:0")
         self.check_fails(1, "no file", "--seeds", self.path("nothing.csv"))

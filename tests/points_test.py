@@ -89,8 +89,8 @@ class Points(unittest.TestCase):
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertIn(text, done.stderr)
         done = run(self.grid, "-o", os.path.join(self.folder, "w.stl"))
-        self.assertNotEqual(done.returncode, 0)
-        self.assertIn("holds no points", done.stderr)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("must end in .ply", done.stderr)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,8 @@
 /* tetralod lines: streamlines of a model or a file, as polylines in a file. */
 #include <math.h>
-#include <string.h>
-#include <strings.h>
 
 #include "cli_flow.h"
-#include "cli_volume.h"
+#include "cli_polydata.h"
 
 static const cli_option OPTIONS[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
@@ -41,28 +39,17 @@ static const cli_group GROUP = {"Options", OPTIONS, sizeof OPTIONS / sizeof *OPT
 static const char *const END_NAMES[TL_STREAM_END_COUNT] = {"boundary", "length", "time", "steps",
                                                            "speed",    "loop",   "value"};
 
-static bool ends_in(const char *path, const char *ending)
-{
-    size_t length = strlen(path), own = strlen(ending);
-    return length >= own && !strcasecmp(path + length - own, ending);
-}
-
 static int check_words(const cli_session *session)
 {
     const cli_verb *verb = session->args.verb;
-    const char *out = cli_get(session, CLI_OUTPUT)->text,
-               *seeds = cli_get(session, CLI_SEEDS)->text;
+    const char *seeds = cli_get(session, CLI_SEEDS)->text;
     const cli_value *box = cli_get(session, CLI_BOX);
-    double corners[6];
-    if (!cli_get(session, CLI_OUTPUT)->given) return cli_misuse(verb, "-o OUT is missing");
-    if (!ends_in(out, ".vtp") && !ends_in(out, ".ply") && !ends_in(out, ".glb") &&
-        !ends_in(out, ".obj"))
-        return cli_misuse(verb, "-o %s: lines go into .vtp, .ply, .glb or .obj", out);
+    double bounds[6];
     if (!cli_flow_is_seeds(seeds))
         return cli_misuse(verb, "--seeds %s: expected " CLI_SEEDS_WORDS, seeds);
-    if (box->given && !cli_parse_reals(box->text, corners, 6))
+    if (box->given && !cli_parse_box(box->text, bounds))
         return cli_misuse(verb, "--box %s: expected X0,Y0,Z0,X1,Y1,Z1", box->text);
-    return cli_output_folder(out);
+    return cli_polydata_output(session, TL_POLY_LINES, ".vtp, .ply, .glb or .obj");
 }
 
 /* ---- lines ---- */
@@ -97,10 +84,8 @@ static void set_opts(const cli_session *session, const tl_mesh *mesh, tl_stream_
 static tl_status select_lines(cli_session *session, outcome *o)
 {
     tl_status st = TL_OK;
-    double c[6];
-    if (!cli_parse_reals(cli_get(session, CLI_BOX)->text, c, 6)) return TL_OK;
-    const double bounds[6] = {fmin(c[0], c[3]), fmax(c[0], c[3]), fmin(c[1], c[4]),
-                              fmax(c[1], c[4]), fmin(c[2], c[5]), fmax(c[2], c[5])};
+    double bounds[6];
+    if (!cli_parse_box(cli_get(session, CLI_BOX)->text, bounds)) return TL_OK;
     tl_polydata *lines = o->lines;
     uint8_t *marks = tl_mem_alloc(session->ctx, lines->cell_count, 1, &st);
     double *values = tl_mem_alloc(session->ctx, lines->vert_count, sizeof *values, &st);
@@ -150,17 +135,11 @@ static void print_json(const cli_session *session, const cli_volume *volume, con
     for (int e = 0; e < TL_STREAM_END_COUNT; e++)
         cli_json_count(ends, END_NAMES[e], o->report.ends[e]);
     if (cli_get(session, CLI_BOX)->given) cli_json_count(object, "selected", o->selected);
-    cli_json_volume(cli_json_object(object, "volume"), volume);
-    cli_json_real(object, "seconds", o->trace_seconds);
-    cli_json_real(object, "read_seconds", volume->seconds);
-    cli_json_real(object, "write_seconds", o->write_seconds);
-    cli_json_facts(object, session->ctx);
-    cli_json_print(object);
+    cli_polydata_json(object, session, volume, o->trace_seconds, o->write_seconds);
 }
 
 static void print_text(cli_session *session, const cli_volume *volume, const outcome *o)
 {
-    const char *path = cli_get(session, CLI_OUTPUT)->text;
     cli_print_volume(session, volume);
     printf("lines       %s of '%s', %s vertices, length %s (%s)\n",
            cli_count(o->lines->cell_count).s, cli_name(o->channel->name).s,
@@ -172,18 +151,14 @@ static void print_text(cli_session *session, const cli_volume *volume, const out
     printf("; %s seeds outside\n", cli_count(o->report.seeds_outside).s);
     if (cli_get(session, CLI_BOX)->given)
         printf("selected    %s lines through the box\n", cli_count(o->selected).s);
-    cli_print_notes(session);
-    printf("wrote       %s (%s, %s)\n", path, cli_bytes((double)cli_file_bytes(path)).s,
-           cli_seconds(o->write_seconds).s);
+    cli_polydata_print(session, o->write_seconds);
 }
 
 /* ---- the verb ---- */
 
 static int write_lines(cli_session *session, const cli_volume *volume, outcome *o)
 {
-    double start = cli_now();
-    tl_status st = tl_polydata_write(session->ctx, o->lines, cli_get(session, CLI_OUTPUT)->text);
-    o->write_seconds = cli_now() - start;
+    tl_status st = cli_polydata_save(session, o->lines, &o->write_seconds);
     cli_progress_clear(&session->progress);
     if (st) return cli_fail(session, session->ctx, st);
     if (cli_get(session, CLI_JSON)->given)

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cli_volume.h"
+#include "cli_polydata.h"
 
 static const cli_option OPTIONS[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
@@ -40,12 +40,11 @@ typedef struct request {
 
 static int check_words(const cli_session *session)
 {
-    const cli_verb *verb = session->args.verb;
-    if (!cli_get(session, CLI_OUTPUT)->given) return cli_misuse(verb, "-o OUT is missing");
-    if (cli_get(session, CLI_VALUES)->given &&
+    int failed = cli_polydata_output(session, TL_POLY_POINTS, ".ply, .vtp, .obj or .glb");
+    if (!failed && cli_get(session, CLI_VALUES)->given &&
         (cli_get(session, CLI_SHELLS)->given || cli_get(session, CLI_RANGE)->given))
-        return cli_misuse(verb, "--values goes with neither --shells nor --range");
-    return cli_output_folder(cli_get(session, CLI_OUTPUT)->text);
+        return cli_misuse(session->args.verb, "--values goes with neither --shells nor --range");
+    return failed;
 }
 
 /* ---- values ---- */
@@ -118,18 +117,12 @@ static void print_json(const cli_session *session, const cli_volume *volume, con
     cli_json_text(object, "channel", r->channel->name);
     cli_json_reals(object, "values", r->values, r->opts.value_count);
     cli_json_real(object, "area_of_a_point", o->area);
-    cli_json_volume(cli_json_object(object, "volume"), volume);
-    cli_json_real(object, "seconds", o->seconds);
-    cli_json_real(object, "read_seconds", volume->seconds);
-    cli_json_real(object, "write_seconds", o->write_seconds);
-    cli_json_facts(object, session->ctx);
-    cli_json_print(object);
+    cli_polydata_json(object, session, volume, o->seconds, o->write_seconds);
 }
 
 static void print_text(cli_session *session, const cli_volume *volume, const request *r,
                        const outcome *o)
 {
-    const char *path = cli_get(session, CLI_OUTPUT)->text;
     cli_print_volume(session, volume);
     printf("points      %s on ", cli_count(o->points).s);
     if (r->opts.value_count)
@@ -138,9 +131,7 @@ static void print_text(cli_session *session, const cli_volume *volume, const req
         printf("all isosurfaces");
     printf(" of %s, one for an area of %s (%s)\n", cli_name(r->channel->name).s,
            cli_real(o->area).s, cli_seconds(o->seconds).s);
-    cli_print_notes(session);
-    printf("wrote       %s (%s, %s)\n", path, cli_bytes((double)cli_file_bytes(path)).s,
-           cli_seconds(o->write_seconds).s);
+    cli_polydata_print(session, o->write_seconds);
 }
 
 /* ---- the verb ---- */
@@ -160,9 +151,7 @@ static int make_points(cli_session *session, const cli_volume *volume, request *
     double start = cli_now();
     tl_status st = tl_slice_points(session->ctx, r->mesh, r->scalar, &r->opts, &o.area, &points);
     o.seconds = cli_now() - start;
-    start = cli_now();
-    if (!st) st = tl_polydata_write(session->ctx, points, cli_get(session, CLI_OUTPUT)->text);
-    o.write_seconds = cli_now() - start;
+    if (!st) st = cli_polydata_save(session, points, &o.write_seconds);
     o.points = st ? 0 : points->vert_count;
     tl_polydata_destroy(session->ctx, points);
     cli_progress_clear(&session->progress);

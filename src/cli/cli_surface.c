@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "cli_camera.h"
+#include "cli_polydata.h"
 #include "cli_visible.h"
-#include "cli_volume.h"
 
 static const cli_option OPTIONS[] = {
     {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
@@ -47,16 +47,12 @@ typedef struct request {
 
 static int check_words(const cli_session *session)
 {
-    const cli_verb *verb = session->args.verb;
-    const char *out = cli_get(session, CLI_OUTPUT)->text;
     bool value = cli_get(session, CLI_VALUE)->given, plane = cli_get(session, CLI_PLANE)->given;
-    if (!cli_get(session, CLI_OUTPUT)->given) return cli_misuse(verb, "-o OUT is missing");
-    if (value == plane)
-        return cli_misuse(verb, "say --value CHANNEL=V or --plane X,Y,Z,NX,NY,NZ%s",
+    int failed = cli_polydata_output(session, TL_POLY_TRIANGLES, ".ply, .vtp, .stl, .obj or .glb");
+    if (!failed && value == plane)
+        return cli_misuse(session->args.verb, "say --value CHANNEL=V or --plane X,Y,Z,NX,NY,NZ%s",
                           value ? ", not both" : "");
-    if (!tl_polydata_writes(TL_POLY_TRIANGLES, out))
-        return cli_misuse(verb, "'%s': the name must end in .ply, .vtp, .stl, .obj or .glb", out);
-    return cli_output_folder(out);
+    return failed;
 }
 
 /* ---- channels of a model's step, or of a mesh ---- */
@@ -127,24 +123,13 @@ static void field_range(const request *r, uint32_t c, double range[2])
 
 /* ---- what is asked for ---- */
 
-/* "V" or "V%" */
-static bool parse_value(const char *text, double *value, bool *percent)
-{
-    char number[64] = "";
-    size_t length = strlen(text);
-    *percent = length && text[length - 1] == '%';
-    snprintf(number, sizeof number, "%.*s", (int)(length - *percent), text);
-    return cli_parse_real(number, value) && isfinite(*value);
-}
-
 static int set_values(const cli_session *session, request *r)
 {
     const cli_value *list = cli_get(session, CLI_VALUE);
     for (size_t i = 0; i < list->item_count; i++) {
         char name[CLI_NAME_BYTES] = "";
         const char *text = list->items[i];
-        double value, range[2];
-        bool percent;
+        double range[2], *value = &r->values[r->value_count];
         cli_split_named(list->items[i], name, sizeof name, &text);
         uint32_t c = find_field(r, name);
         if (c == TL_NONE && *name) return unknown_field(session, r, name);
@@ -156,12 +141,11 @@ static int set_values(const cli_session *session, request *r)
                               "--value: one channel at a time, not '%s' and '%s'",
                               cli_name(field_name(r, r->channel)).s, cli_name(name).s);
         r->channel = c;
-        if (!parse_value(text, &value, &percent))
+        field_range(r, c, range);
+        if (!cli_parse_part(text, strlen(text), range, value) || !isfinite(*value))
             return cli_misuse(session->args.verb,
                               "--value %s: expected CHANNEL=VALUE or CHANNEL=P%%", list->items[i]);
-        field_range(r, c, range);
-        r->values[r->value_count++] =
-            percent ? range[0] + value / 100 * (range[1] - range[0]) : value;
+        r->value_count++;
     }
     return CLI_DONE;
 }
@@ -186,24 +170,21 @@ static int carry_of_mesh(cli_session *session, request *r)
     return failed;
 }
 
+static bool has_field(const void *arg, const char *name)
+{
+    return find_field(arg, name) != TL_NONE;
+}
+
 /* The same of a model. */
 static int carry_of_model(const cli_session *session, request *r)
 {
     const char *known;
+    char name[CLI_NAME_BYTES];
     const cli_value *list = cli_get(session, CLI_CHANNELS);
     for (uint32_t c = 0; c < field_count(r); c++)
         if (is_field(r, c, &known) && (!list->given || cli_list_names(list, known)))
             r->carried[r->carried_count++] = c;
-    for (size_t i = 0; i < list->item_count; i++)
-        for (const char *at = list->items[i]; *at;) {
-            char name[CLI_NAME_BYTES];
-            size_t length = strcspn(at, ",");
-            snprintf(name, sizeof name, "%.*s", (int)length, at);
-            if (find_field(r, name) == TL_NONE && find_field(r, list->items[i]) == TL_NONE)
-                return unknown_field(session, r, name);
-            at += length + (at[length] == ',');
-        }
-    return CLI_DONE;
+    return cli_list_unknown(list, has_field, r, name) ? unknown_field(session, r, name) : CLI_DONE;
 }
 
 static int set_carried(cli_session *session, request *r)
@@ -360,17 +341,11 @@ static void print_json(const cli_session *session, const request *r, const outco
         cli_json_reals(object, "values", r->values, r->value_count);
     }
     if (r->by_patch) put_model(object, r, o);
-    cli_json_volume(cli_json_object(object, "volume"), r->volume);
-    cli_json_real(object, "seconds", o->slice_seconds);
-    cli_json_real(object, "read_seconds", r->volume->seconds);
-    cli_json_real(object, "write_seconds", o->write_seconds);
-    cli_json_facts(object, session->ctx);
-    cli_json_print(object);
+    cli_polydata_json(object, session, r->volume, o->slice_seconds, o->write_seconds);
 }
 
 static void print_text(cli_session *session, const request *r, const outcome *o)
 {
-    const char *path = cli_get(session, CLI_OUTPUT)->text;
     cli_print_volume(session, r->volume);
     printf("surface     %s triangles, %s vertices, area %s, %s (%s)\n",
            cli_count(o->surface->cell_count).s, cli_count(o->surface->vert_count).s,
@@ -386,9 +361,7 @@ static void print_text(cli_session *session, const request *r, const outcome *o)
     if (r->by_patch && r->channel != TL_NONE)
         printf("            on the right side of all points whose value is more than %s off\n",
                cli_real(o->error).s);
-    cli_print_notes(session);
-    printf("wrote       %s (%s, %s)\n", path, cli_bytes((double)cli_file_bytes(path)).s,
-           cli_seconds(o->write_seconds).s);
+    cli_polydata_print(session, o->write_seconds);
 }
 
 /* ---- the verb ---- */
@@ -401,10 +374,7 @@ static tl_status make_surface(cli_session *session, request *r, outcome *o)
     if (!st && r->by_patch && r->channel != TL_NONE) st = measure_error(session, r, o);
     if (!st) st = tl_polydata_closed(session->ctx, o->surface, &o->closed);
     if (!st) o->area = tl_polydata_size(o->surface);
-    start = cli_now();
-    if (!st) st = tl_polydata_write(session->ctx, o->surface, cli_get(session, CLI_OUTPUT)->text);
-    o->write_seconds = cli_now() - start;
-    return st;
+    return st ? st : cli_polydata_save(session, o->surface, &o->write_seconds);
 }
 
 /* Words that change the mesh need it whole. */
