@@ -131,9 +131,8 @@ TL_API tl_slices_state tl_slices_get_state(const tl_slices *slices);
  * normals, all to the bit. Order as of tl_slice_mesh. */
 TL_API const tl_polydata *tl_slices_patch(const tl_slices *slices, uint32_t patch);
 /* All triangles, patch after patch by number, with one vertex where patches share one: closed
- * wherever the mesh of the cut is. Gives *triangles. Runs on the pool. TL_ERR_UNSUPPORTED for more
- * than 2^32
- * - 2 vertices. */
+ * wherever the mesh of the cut is. Gives *triangles. TL_ERR_UNSUPPORTED for more than 2^32 - 2
+ * vertices. */
 TL_API tl_status tl_slices_join(const tl_slices *slices, tl_polydata **triangles);
 
 /* ---- boundary: what can be seen of a mesh from outside ---- */
@@ -307,8 +306,7 @@ typedef struct tl_half_space {
  * TL_ERR_UNSUPPORTED for too large a result. */
 TL_API tl_status tl_mesh_clip(tl_ctx *ctx, const tl_mesh *mesh, const tl_half_space *sides,
                               size_t side_count, tl_mesh **clipped);
-/* The same of points, lines or triangles; of a cut triangle the rest is one or two. On the thread
- * of the context. */
+/* The same of points, lines or triangles; of a cut triangle the rest is one or two. */
 TL_API tl_status tl_polydata_clip(tl_ctx *ctx, const tl_polydata *polydata,
                                   const tl_half_space *sides, size_t side_count,
                                   tl_polydata **clipped);
@@ -375,7 +373,7 @@ typedef struct tl_stream_report {
  * report    may be NULL
  * Gives *lines, with the channels "time" (from the seed, negative before it) and "speed", then
  * those carried along; a name that is taken gets "_2". TL_ERR_ARG for options out of range,
- * TL_ERR_UNSUPPORTED for more than 2^32 - 2 vertices. Sondershaus 2007, 7.3.1. */
+ * TL_ERR_UNSUPPORTED for more than 2^32 - 2 vertices, TL_ERR_CANCELLED. Sondershaus 2007, 7.3.1. */
 TL_API tl_status tl_streamlines(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
                                 const tl_locator *locator, const double *vectors,
                                 const double *seeds, size_t seed_count, const tl_stream_opts *opts,
@@ -395,7 +393,7 @@ TL_API tl_status tl_streamlines_cover(tl_ctx *ctx, const tl_mesh *mesh, const tl
  * One thread. */
 TL_API size_t tl_lines_in_box(const tl_polydata *lines, const double bounds[6], uint8_t *selected);
 /* The lines whose mark [cell_count] is not 0 (wanted) or is 0 (else), in their order, with the
- * vertices they use and their channels, without normals. Gives *picked. One thread. */
+ * vertices they use and their channels, without normals. Gives *picked. */
 TL_API tl_status tl_lines_pick(tl_ctx *ctx, const tl_polydata *lines, const uint8_t *marks,
                                bool wanted, tl_polydata **picked);
 
@@ -406,7 +404,8 @@ TL_API tl_status tl_critical_points(tl_ctx *ctx, const tl_mesh *mesh, const doub
                                     tl_polydata **points);
 
 /* Seeds, evenly spread; one thread. Each gives *seeds as points, count above 0 and at most 2^24,
- * TL_ERR_ARG for what has no extent or is not finite. From a to b, both included. */
+ * TL_ERR_ARG for what has no extent or is not finite. From a to b, both included; one alone stands
+ * in the middle. */
 TL_API tl_status tl_seeds_line(tl_ctx *ctx, const double a[3], const double b[3], size_t count,
                                tl_polydata **seeds);
 /* Of a box, flat ones too: the centres of about count cubes (or squares). */
