@@ -47,6 +47,12 @@ class Probe(unittest.TestCase):
         self.assertEqual((rows[1]["f"], rows[1]["tet"], rows[1]["x"]), ("", "", "5"))
         self.assertLess(abs(float(rows[2]["f"]) - 1.5), 1e-12)
 
+    def test_many_components(self):
+        """Every component is there, however many."""
+        rows = self.table("--derive", "v=vec(" + ",".join("x+%d" % i for i in range(70)) + ")", "--channels", "v", "--at", "0.25,0,0")
+        for i in range(70):
+            self.assertLess(abs(float(rows[0]["v_%d" % i]) - 0.25 - i), 1e-12)
+
     def test_along(self):
         rows = self.table("--derive", "f=x+y", "--along=-2,0,0,2,1,0,5", "--channels", "f")
         self.assertEqual(len(rows), 5)

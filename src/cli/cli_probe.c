@@ -5,7 +5,7 @@
 #include "cli_file.h"
 #include "cli_volume.h"
 
-enum { ALONG_DEFAULT = 201, POINTS_MAX = 10000000, COMPONENTS_MAX = 64 };
+enum { ALONG_DEFAULT = 201, POINTS_MAX = 10000000 };
 
 static const cli_option OPTIONS[] = {
     {CLI_AT, 0, "at", CLI_TYPE_LIST, "X,Y,Z", NULL, 0, 0, "values at a point"},
@@ -28,6 +28,7 @@ typedef struct probe {
     const tl_mesh *mesh;
     double (*points)[3];
     size_t point_count, inside_count;
+    double *values; /* [components] of one channel at a point */
     bool is_along;
     FILE *out;
     json_t *rows; /* with --json, of integrals and statistics */
@@ -81,8 +82,7 @@ static int check_words(probe *p)
 static bool is_wanted(const probe *p, const tl_channel *channel)
 {
     const cli_value *list = cli_get(p->session, CLI_CHANNELS);
-    return channel->components <= COMPONENTS_MAX &&
-           (!list->given || cli_list_names(list, channel->name));
+    return !list->given || cli_list_names(list, channel->name);
 }
 
 static bool has_channel(const void *mesh, const char *name)
@@ -158,7 +158,7 @@ static void put_point_head(const probe *p)
 
 static void put_point(const probe *p, size_t point, tl_lidx tet, const double weights[4])
 {
-    double values[COMPONENTS_MAX], distance = 0;
+    double distance = 0;
     const double *x = p->points[point];
     for (int k = 0; k < 3; k++) {
         put_real(p->out, x[k]);
@@ -173,10 +173,10 @@ static void put_point(const probe *p, size_t point, tl_lidx tet, const double we
     for (size_t c = 0; c < tl_mesh_channel_count(p->mesh); c++) {
         const tl_channel *channel = tl_mesh_channel(p->mesh, c);
         if (!is_wanted(p, channel)) continue;
-        if (tet != TL_NONE) tl_channel_at(p->mesh, channel, tet, weights, values);
+        if (tet != TL_NONE) tl_channel_at(p->mesh, channel, tet, weights, p->values);
         for (uint32_t k = 0; k < channel->components; k++) {
             fputc(',', p->out);
-            if (tet != TL_NONE) put_real(p->out, values[k]);
+            if (tet != TL_NONE) put_real(p->out, p->values[k]);
         }
         if (!p->volume.is_model) continue;
         fputc(',', p->out);
@@ -189,18 +189,23 @@ static tl_status put_points(probe *p)
 {
     tl_locator *locator = NULL;
     tl_lidx hint = TL_NONE;
+    uint32_t most = 0;
     tl_status st = tl_locator_create(p->session->ctx, p->mesh, NULL, &locator);
-    if (st) return st;
-    put_point_head(p);
-    for (size_t i = 0; i < p->point_count; i++) {
+    for (size_t c = 0; c < tl_mesh_channel_count(p->mesh); c++)
+        if (tl_mesh_channel(p->mesh, c)->components > most)
+            most = tl_mesh_channel(p->mesh, c)->components;
+    p->values = tl_mem_alloc(p->session->ctx, most, sizeof *p->values, &st);
+    if (!st) put_point_head(p);
+    for (size_t i = 0; !st && i < p->point_count; i++) {
         double weights[4];
         const tl_lidx tet = tl_locator_find(locator, p->points[i], hint, weights);
         put_point(p, i, tet, weights);
         p->inside_count += tet != TL_NONE;
         if (tet != TL_NONE) hint = tet;
     }
+    tl_mem_free(p->session->ctx, p->values);
     tl_locator_destroy(locator);
-    return TL_OK;
+    return st;
 }
 
 static const struct {
