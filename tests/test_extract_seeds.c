@@ -239,6 +239,29 @@ static void check_picked(tl_ctx *ctx, const tl_polydata *lines, const uint8_t *m
     CHECK_EQ(vert_count, lines->vert_count);
 }
 
+/* Lines through a box against points on them. */
+static void check_in_box(tl_ctx *ctx, const tl_polydata *lines)
+{
+    const double box[6] = {0.45, 0.55, 0.1, 0.2, -1, 2};
+    uint8_t *selected = malloc(lines->cell_count);
+    size_t count = tl_lines_in_box(lines, box, selected), brute = 0;
+    for (size_t c = 0; c < lines->cell_count; c++) {
+        bool in = false;
+        for (size_t i = lines->starts[c]; i + 1 < lines->starts[c + 1]; i++)
+            for (int part = 0; part <= 64; part++) {
+                const double *a = lines->xyz + 3 * i;
+                double w = part / 64.0, x = a[0] + w * (a[3] - a[0]), y = a[1] + w * (a[4] - a[1]);
+                in = in || (x > 0.45 && x < 0.55 && y > 0.1 && y < 0.2);
+            }
+        CHECK_EQ(selected[c], in);
+        brute += in;
+    }
+    CHECK_EQ(count, brute);
+    CHECK(count > 0 && count < lines->cell_count);
+    check_picked(ctx, lines, selected, count);
+    free(selected);
+}
+
 static void lines_cover_every_cell(void **state)
 {
     (void)state;
@@ -268,23 +291,7 @@ static void lines_cover_every_cell(void **state)
     for (size_t i = 0; i < sizeof covered; i++) CHECK_EQ(covered[i], 1);
     CHECK_EQ(lines->cell_count + report.seeds_covered + report.seeds_outside, sizeof covered);
     CHECK(lines->cell_count < sizeof covered / 2);
-    uint8_t selected[sizeof covered];
-    const double box[6] = {0.45, 0.55, 0.1, 0.2, -1, 2};
-    size_t count = tl_lines_in_box(lines, box, selected), brute = 0;
-    for (size_t c = 0; c < lines->cell_count; c++) {
-        bool in = false;
-        for (size_t i = lines->starts[c]; i + 1 < lines->starts[c + 1]; i++)
-            for (int part = 0; part <= 64; part++) {
-                const double *a = lines->xyz + 3 * i;
-                double w = part / 64.0, x = a[0] + w * (a[3] - a[0]), y = a[1] + w * (a[4] - a[1]);
-                in = in || (x > 0.45 && x < 0.55 && y > 0.1 && y < 0.2);
-            }
-        CHECK_EQ(selected[c], in);
-        brute += in;
-    }
-    CHECK_EQ(count, brute);
-    CHECK(count > 0 && count < lines->cell_count);
-    check_picked(ctx, lines, selected, count);
+    check_in_box(ctx, lines);
     tl_polydata_destroy(ctx, lines);
     const double speck[6] = {0.5, 0.5 + 1e-9, 0.5, 0.5 + 1e-9, 0.5, 0.5 + 1e-9};
     CHECK_OK(ctx, tl_streamlines_cover(ctx, mesh, NULL, NULL, v, speck, 8, NULL, &lines, NULL));
