@@ -52,9 +52,9 @@ typedef struct tl_cut_query {
                                 bounds.space, bounds.classified and pixels; NULL: all, fully, in space
                                 those of scalars on vertices. borrowed during a call */
     const float *unseen;     /* [channel_count][TL_BINS] field error at values of a bin, in the
-                                channel's     unit, that does not show: a bin counts in bounds.space and
-                                pixels     only where its error is above; NULL (default): all count.
-                                borrowed     during a call */
+                                channel's unit, 0 or more, that does not show: a bin counts in
+                                bounds.space and pixels only where its error is above; NULL
+                                (default): all count. borrowed during a call */
     const tl_camera *camera; /* NULL (default): no view. Else segments outside of its frustum may
                                 have any error. borrowed during a call */
     double pixels;           /* with a camera: most pixels by which a visible isosurface or the

@@ -122,7 +122,8 @@ typedef struct tl_statistics {
                                           volume lie below, within a millionth of the range */
 } tl_statistics;
 /* component: 0 to components - 1, or components: the length, linear between its values at vertices.
- * Volumes count as positive. One thread. */
+ * Volumes count as positive. One thread. TL_ERR_ARG for a larger component; 16 KB of memory.
+ * statistics is untouched on failure. */
 TL_API tl_status tl_channel_statistics(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
                                        uint32_t component, tl_statistics *statistics);
 
