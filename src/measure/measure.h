@@ -118,10 +118,17 @@ double tli_triangle_distance2(const double a[3], const double b[3], const double
 size_t tli_surface_around(const tli_surface *surface, const uint8_t *taken, const double corners[9],
                           double reach, tl_lidx *list, size_t room);
 
-/* Corner positions of a triangle. */
+/* Position of a corner of a triangle, and of all of them. */
 static inline const double *tli_surface_corner(const tli_surface *surface, size_t triangle, int k)
 {
     return surface->xyz + 3 * (size_t)surface->triangles[3 * triangle + (size_t)k];
+}
+static inline void tli_surface_triangle(const tli_surface *surface, size_t triangle,
+                                        double corners[9])
+{
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            corners[3 * i + k] = tli_surface_corner(surface, triangle, i)[k];
 }
 
 /* ---- distances of surfaces (measure_distance.c) ---- */

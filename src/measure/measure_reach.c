@@ -2,7 +2,6 @@
  * triangles by branch and bound. Most triangles lie over one triangle of the other surface and are
  * done after a glance. */
 #include <limits.h>
-#include <string.h>
 
 #include "measure/measure.h"
 
@@ -60,9 +59,7 @@ static double bound_triangle(tli_reach *r, size_t triangle)
     glance.split_max = 0;
     tli_surface_bound(&glance, triangle, &r->query.found, &bound);
     if (bound <= most) return bound;
-    for (int i = 0; i < 3; i++)
-        memcpy(corners + 3 * i, tli_surface_corner(r->query.from, triangle, i),
-               3 * sizeof *corners);
+    tli_surface_triangle(r->query.from, triangle, corners);
     bound = tli_surface_cover(r->query.to, NULL, corners, most);
     if (bound > most) tli_surface_bound(&r->query, triangle, &r->query.found, &bound);
     return bound;

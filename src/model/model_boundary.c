@@ -312,12 +312,6 @@ static tl_status find_before(tli_boundary *b, const tli_level *level,
 
 /* ---- both ---- */
 
-static void corners_of(const tli_surface *surface, size_t triangle, double corners[9])
-{
-    for (int i = 0; i < 3; i++)
-        memcpy(corners + 3 * i, tli_surface_corner(surface, triangle, i), 3 * sizeof *corners);
-}
-
 static double farthest_corner(const tli_reach *reach, size_t triangle)
 {
     const tl_lidx *v = reach->query.from->triangles + 3 * triangle;
@@ -332,7 +326,7 @@ static void find_near(const tli_reach *reach, const uint8_t *taken, double most,
     for (size_t t = 0; t < reach->query.from->triangle_count; t++) {
         double corners[9];
         if (farthest_corner(reach, t) > most) continue;
-        corners_of(reach->query.from, t, corners);
+        tli_surface_triangle(reach->query.from, t, corners);
         double reached = tli_surface_cover(reach->query.to, taken, corners, most);
         is_near[t] = reached <= most;
         if (is_near[t]) *farthest = fmax(*farthest, reached);
@@ -383,7 +377,7 @@ static tl_status settle(const tli_boundary *b, const tli_level *level,
     tl_status st = find_old(b, level->model, segment, weld, error, &rest, &old);
     for (size_t t = 0; !st && t < b->after.triangle_count; t++) {
         if (settled[t]) continue;
-        corners_of(&b->after, t, corners);
+        tli_surface_triangle(&b->after, t, corners);
         settled[t] = tli_surface_cover(&old, NULL, corners, rest) <= rest;
     }
     if (!st && old.triangle_count > 0) {
@@ -511,7 +505,7 @@ static tl_status deal_near(const tli_boundary *b, piece_dealer *dealer)
     for (size_t t = 0; !st && t < b->after.triangle_count; t++) {
         double corners[9];
         if (!b->is_near[t]) continue;
-        corners_of(&b->after, t, corners);
+        tli_surface_triangle(&b->after, t, corners);
         st = deal_piece(dealer, corners, (tl_lidx)t);
     }
     return st;
