@@ -1,16 +1,10 @@
 /* tl_mesh_compare: field errors with known values and against brute force, what is left out,
  * refused and cancelled. */
-#include "check.h"
+#include "check_ctx.h"
 
 #include "fail_alloc.h"
 #include "make_mesh.h"
 #include "measure/measure.h"
-
-static void close_ctx(tl_ctx *ctx)
-{
-    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
-    tl_ctx_destroy(ctx);
-}
 
 /* ---- meshes ---- */
 
@@ -129,7 +123,7 @@ static void identical_is_zero(void **state)
     tl_mesh_destroy(mesh);
     make_release(&more);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* The same mesh in another order: the same to rounding. */
@@ -146,7 +140,7 @@ static void reordered_is_nearly_zero(void **state)
     CHECK_BOUND("mean of a reordered mesh", f.mean, 1e-14);
     make_release(&m);
     make_release(&other);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void linear_fields_survive(void **state)
@@ -162,7 +156,7 @@ static void linear_fields_survive(void **state)
     CHECK_NEAR(f.range[1], 10.5, 1e-14);
     make_release(&fine);
     make_release(&coarse);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* In a cell of the coarse grid all corners have one of two x, so x^2 is interpolated along x alone:
@@ -183,7 +177,7 @@ static void square_field_as_computed(void **state)
         make_release(&fine);
         make_release(&coarse);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void vectors_by_their_norm(void **state)
@@ -226,7 +220,7 @@ static void vectors_by_their_norm(void **state)
     tl_mesh_destroy(a);
     tl_mesh_destroy(b);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void fill_halves(tl_ctx *ctx, tl_mesh *mesh)
@@ -268,7 +262,7 @@ static void tet_channels_between_grids(void **state)
         make_release(&fine);
         make_release(&coarse);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- brute force ---- */
@@ -322,7 +316,7 @@ static void as_brute_force(void **state)
         make_release(&m);
         make_release(&other);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void hints_change_nothing(void **state)
@@ -377,7 +371,7 @@ static void hints_change_nothing(void **state)
     tl_mesh_destroy(b);
     make_release(&m);
     make_release(&other);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- outside, moved, in pieces ---- */
@@ -413,7 +407,7 @@ static void outside_is_projected(void **state)
     make_release(&m);
     make_release(&small);
     make_release(&away);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void moved_by_a_distance(void **state)
@@ -443,7 +437,7 @@ static void moved_by_a_distance(void **state)
         make_release(&m);
         make_release(&moved);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Two cubes, one with a cavity, side by side. */
@@ -500,7 +494,7 @@ static void components_and_cavities(void **state)
     tl_mesh_destroy(b);
     make_release(&fine);
     make_release(&coarse);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- values that are none ---- */
@@ -542,7 +536,7 @@ static void values_that_are_not_finite(void **state)
     tl_mesh_destroy(a);
     tl_mesh_destroy(b);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Channels count as common by name, place and components. */
@@ -573,7 +567,7 @@ static void channels_in_common(void **state)
     tl_mesh_destroy(a);
     tl_mesh_destroy(b);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- refused and ended ---- */
@@ -610,7 +604,7 @@ static void bad_meshes(void **state)
     make_release(&m);
     make_release(&none);
     make_release(&broken);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* A tet without volume has no part in a mean, whatever the copy's values there. */
@@ -632,7 +626,7 @@ static void flat_tets_have_no_mean(void **state)
     tl_compare_release(ctx, &r);
     tl_mesh_destroy(b);
     tl_mesh_destroy(a);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void bad_options(void **state)
@@ -665,7 +659,7 @@ static void bad_options(void **state)
     check_refused(ctx, a, a, &opts, TL_ERR_ARG, "options of");
     tl_mesh_destroy(a);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 typedef struct pair {
@@ -735,7 +729,7 @@ static void cancelled_anywhere(void **state)
     CHECK(p.end_at > 40);
     tl_mesh_destroy(p.a);
     tl_mesh_destroy(p.b);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
     make_release(&m);
     make_release(&other);
 }
@@ -775,7 +769,7 @@ static void threads_change_nothing(void **state)
         results[n].isos = NULL;
         tl_mesh_destroy(a);
         tl_mesh_destroy(b);
-        close_ctx(ctx);
+        check_ctx_destroy(ctx);
         CHECK(memcmp(fields[n], fields[0], sizeof fields[0]) == 0);
         CHECK(memcmp(&isos[n], &isos[0], sizeof isos[0]) == 0);
         CHECK(memcmp(&results[n], &results[0], sizeof results[0]) == 0);

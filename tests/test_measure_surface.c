@@ -1,16 +1,10 @@
 /* Surfaces of stage measure: nearest triangles against brute force, distances with known values,
  * the certified bound against dense samples, isosurfaces with known places and areas. */
-#include "check.h"
+#include "check_ctx.h"
 
 #include "fail_alloc.h"
 #include "make_mesh.h"
 #include "measure/measure.h"
-
-static void close_ctx(tl_ctx *ctx)
-{
-    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
-    tl_ctx_destroy(ctx);
-}
 
 /* ---- surfaces to test with ---- */
 
@@ -189,7 +183,7 @@ static void nearest_as_brute_force(void **state)
         tli_surface_release(&surface);
         soup_release(&s);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- distances ---- */
@@ -218,7 +212,7 @@ static void identical_is_zero(void **state)
         soup_release(&turned);
         soup_release(&s[i]);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void parallel_planes(void **state)
@@ -239,7 +233,7 @@ static void parallel_planes(void **state)
         soup_release(&a);
         soup_release(&b);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* The distance to a plane grows linearly: the trapezoidal rule is exact whatever the step. */
@@ -261,7 +255,7 @@ static void tilted_planes(void **state)
         soup_release(&a);
         soup_release(&b);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static soup make_box(double low, double high)
@@ -290,7 +284,7 @@ static void nested_boxes(void **state)
     CHECK(e.mean > 0.05 && e.mean < 0.052);
     soup_release(&inner);
     soup_release(&outer);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void concentric_spheres(void **state)
@@ -309,7 +303,7 @@ static void concentric_spheres(void **state)
     }
     soup_release(&a);
     soup_release(&b);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Over the bottom of a valley both slopes are equally far: the largest distance, far from any
@@ -329,7 +323,7 @@ static void over_a_valley(void **state)
     CHECK_BOUND("bound from a valley", e.bound[1], 0.5 * 1.01);
     soup_release(&plane);
     soup_release(&valley);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* The largest distance of points on a lattice on every triangle. */
@@ -373,7 +367,7 @@ static void bound_between_samples(void **state)
     }
     soup_release(&a);
     soup_release(&b);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void bound_of_soups(void **state)
@@ -393,7 +387,7 @@ static void bound_of_soups(void **state)
         soup_release(&a);
         soup_release(&b);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Samples come with the area, not with the longest side. */
@@ -418,7 +412,7 @@ static void sample_counts(void **state)
     soup_release(&lifted);
     soup_release(&thin[0]);
     soup_release(&thin[1]);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void empty_surfaces(void **state)
@@ -433,7 +427,7 @@ static void empty_surfaces(void **state)
     CHECK(isinf(e.mean) && isinf(e.one_sided[0]) && isinf(e.bound[1]));
     soup_release(&plane);
     soup_release(&none);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void threads_change_nothing(void **state)
@@ -446,7 +440,7 @@ static void threads_change_nothing(void **state)
     for (int i = 0; i < 3; i++) {
         tl_ctx *ctx = check_context(threads[i]);
         e[i] = compare_soups(ctx, &a, &b, 0.01);
-        close_ctx(ctx);
+        check_ctx_destroy(ctx);
         CHECK(memcmp(&e[i], &e[0], sizeof e[0]) == 0);
     }
     CHECK(e[0].mean > 0);
@@ -499,7 +493,7 @@ static void iso_plane(void **state)
     tli_surface_release(&b);
     make_release(&fine);
     make_release(&coarse);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void iso_sphere(void **state)
@@ -521,7 +515,7 @@ static void iso_sphere(void **state)
     tli_surface_release(&a);
     tli_surface_release(&b);
     make_release(&grid);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Corners in another order, vertices on the value, no surface at all, values that are none. */
@@ -568,7 +562,7 @@ static void iso_special(void **state)
     free(values);
     tl_mesh_destroy(mesh);
     make_release(&grid);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* ---- failures ---- */
@@ -631,7 +625,7 @@ static void covered_by_cells(void **state)
     tli_surface_release(&to);
     soup_release(&above);
     soup_release(&below);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Two triangles over thousands of small ones: the cuts that one takes are those of many. */
@@ -656,7 +650,7 @@ static void reach_of_large_triangles(void **state)
     tli_surface_release(&from);
     soup_release(&small);
     soup_release(&large);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 typedef struct dealt {
@@ -723,7 +717,7 @@ static void dealt_at_borders(void **state)
     tli_surface_release(&to);
     soup_release(&above);
     soup_release(&below);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* A fan of triangles around an apex, from angle, over a ring at height 0. */
@@ -794,7 +788,7 @@ static void dealt_around_a_corner(void **state)
         soup_release(&above);
         soup_release(&below);
     }
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 int main(void)

@@ -1,12 +1,7 @@
 /* The mesh object: what it takes, owns and refuses; channels, number types, ranges. */
+#include "check_ctx.h"
 #include "fail_alloc.h"
 #include "make_mesh.h"
-
-static void close_ctx(tl_ctx *ctx)
-{
-    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
-    tl_ctx_destroy(ctx);
-}
 
 static void test_create(void **state)
 {
@@ -30,7 +25,7 @@ static void test_create(void **state)
     tl_mesh_destroy(mesh);
     tl_mesh_destroy(NULL);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_refused(void **state)
@@ -53,7 +48,7 @@ static void test_refused(void **state)
     CHECK_OK(ctx, tl_mesh_create(ctx, NULL, 0, NULL, 0, &mesh));
     tl_mesh_destroy(mesh);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Adopting takes the blocks over on success only. */
@@ -78,7 +73,7 @@ static void test_adopt(void **state)
     CHECK(tl_mesh_channel(mesh, 0)->values == values);
     CHECK_EQ(strcmp(tl_mesh_channel(mesh, 0)->unit, ""), 0);
     tl_mesh_destroy(mesh);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_channel_names(void **state)
@@ -115,7 +110,7 @@ static void test_channel_names(void **state)
     CHECK_OK(ctx, tl_mesh_check(ctx, mesh, TL_CHECK_FULL));
     tl_mesh_destroy(mesh);
     make_release(&m);
-    close_ctx(ctx);
+    check_ctx_destroy(ctx);
 }
 
 static void test_scalars(void **state)

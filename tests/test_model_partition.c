@@ -1,5 +1,6 @@
 /* The partitions of levels: every kind gives models that keep their promises, the same for any
  * number of threads; cells balance and are the nearest ones; no patch is a sliver. */
+#include "check_ctx.h"
 #include "model/model.h"
 #include "tetralod/cut.h"
 
@@ -11,12 +12,6 @@ static const tl_partition KINDS[] = {TL_PARTITION_CLUSTER, TL_PARTITION_OCTREE,
 static double bumps(const double x[3])
 {
     return sin(5 * x[0]) * cos(4 * x[1]) + x[2] * x[2];
-}
-
-static void ctx_destroy(tl_ctx *ctx)
-{
-    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
-    tl_ctx_destroy(ctx);
 }
 
 static uint64_t hash_file(const char *path)
@@ -86,7 +81,7 @@ static void test_models(void **state)
             check_sizes(ctx, store, &opts);
             tl_store_close(store);
             tl_mesh_destroy(mesh);
-            ctx_destroy(ctx);
+            check_ctx_destroy(ctx);
             uint64_t hash = hash_file(check_model_path("part"));
             if (threads == 1) first = hash;
             CHECK(hash == first);
@@ -155,7 +150,7 @@ static void test_small(void **state)
             tl_mesh_destroy(mesh);
         }
     make_release(&islands);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Samples that are a thousand times denser at one side, flat in z there. */
@@ -216,7 +211,7 @@ static void test_voronoi(void **state)
     CHECK_BOUND("mean over the emptiest cell", 1 / least, 1 / 0.6);
     tl_mem_free(ctx, seeds);
     free(samplings);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 /* Parts stay within cells but for slivers, which go along with a neighbour. */
@@ -249,7 +244,7 @@ static void test_split(void **state)
     free(cell_of);
     tl_mesh_destroy(mesh);
     make_release(&m);
-    ctx_destroy(ctx);
+    check_ctx_destroy(ctx);
 }
 
 int main(int argc, char **argv)
