@@ -1,5 +1,5 @@
-/* Builds that fail: for lack of memory, at every request in turn; for lack of a folder; because
- * they are cancelled. None leaks, crashes, or leaves a file. */
+/* Builds and additions that fail: for lack of memory, at every request in turn; for lack of a
+ * folder; because they are cancelled. None leaks, crashes, or leaves a file. */
 #include <unistd.h>
 
 #include "check_model.h"
@@ -49,6 +49,72 @@ static void test_memory(void **state)
     }
     fail_alloc_close(&f);
     make_release(&j.mesh);
+}
+
+/* Files of a mesh with channels on vertices and tets, and of a model without them. */
+typedef struct addition {
+    char model[64], input[64];
+} addition;
+
+static addition make_addition(tl_ctx *ctx)
+{
+    addition a;
+    make_mesh grid = make_grid(4);
+    tl_mesh *mesh = make_object(ctx, &grid, NULL);
+    tl_build_opts opts = check_model_opts(100, 30);
+    tl_build_result result;
+    double *values = calloc(grid.tet_count + grid.vert_count, sizeof *values);
+    snprintf(a.model, sizeof a.model, "/tmp/test_model_%ld_add.tlod", (long)getpid());
+    snprintf(a.input, sizeof a.input, "/tmp/test_model_%ld_add.vtu", (long)getpid());
+    CHECK_OK(ctx, tl_model_build_mesh(ctx, mesh, a.model, &opts, &result));
+    tl_build_release(ctx, &result);
+    for (size_t i = 0; i < grid.tet_count + grid.vert_count; i++) values[i] = sin((double)i);
+    const tl_channel channels[] = {{"f", "", 1, TL_ON_VERTEX, TL_F64, values},
+                                   {"g", "", 1, TL_ON_TET, TL_F64, values}};
+    for (int c = 0; c < 2; c++) CHECK_OK(ctx, tl_mesh_add_channel(mesh, &channels[c]));
+    CHECK_OK(ctx, tl_mesh_write(ctx, mesh, a.input, NULL));
+    free(values);
+    tl_mesh_destroy(mesh);
+    make_release(&grid);
+    return a;
+}
+
+static uint32_t channels_of(tl_ctx *ctx, const char *path)
+{
+    tl_store *store;
+    CHECK_OK(ctx, tl_store_open(ctx, path, &store));
+    const uint32_t count = tl_store_get_head(store)->channel_count;
+    tl_store_close(store);
+    return count;
+}
+
+static tl_status add(tl_ctx *ctx, void *arg)
+{
+    const addition *a = arg;
+    tl_build_result result;
+    tl_status st = tl_model_add_channels(ctx, a->model, NULL, 0, a->input, NULL, NULL, &result);
+    if (!st) tl_build_release(ctx, &result);
+    return st;
+}
+
+/* A model is as it was after an addition that fails. */
+static void test_adding(void **state)
+{
+    (void)state;
+    fail_alloc f;
+    tl_ctx *ctx;
+    CHECK_STATUS(tl_ctx_create(NULL, &ctx), TL_OK);
+    addition a = make_addition(ctx);
+    fail_alloc_open(&f, 1);
+    f.alloc.fail_at = 1000;
+    CHECK_STATUS(add(f.ctx, &a), TL_ERR_MEMORY);
+    CHECK_EQ(channels_of(ctx, a.model), 0);
+    printf("%ld requests\n", fail_alloc_each(&f, add, &a));
+    fail_alloc_close(&f);
+    CHECK_EQ(channels_of(ctx, a.model), 2);
+    remove(a.model);
+    remove(a.input);
+    tl_ctx_destroy(ctx);
 }
 
 static void test_folder(void **state)
@@ -107,7 +173,8 @@ static void test_cancelled(void **state)
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_memory), cmocka_unit_test(test_folder),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_memory), cmocka_unit_test(test_adding),
+                                       cmocka_unit_test(test_folder),
                                        cmocka_unit_test(test_cancelled)};
     if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, NULL, NULL);
