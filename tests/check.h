@@ -13,8 +13,6 @@
 
 #include <cmocka.h>
 
-#include "tetralod/base.h"
-
 #define CHECK(condition)                                                                           \
     do {                                                                                           \
         if (!(condition)) fail_msg("%s:%d: not true: %s", __FILE__, __LINE__, #condition);         \
@@ -70,15 +68,5 @@
         printf("\n");                                                                              \
         skip();                                                                                    \
     } while (0)
-
-/* A context with that many threads, 0: as many as there are processors. */
-static inline tl_ctx *check_context(unsigned threads)
-{
-    tl_ctx *ctx = NULL;
-    tl_ctx_opts opts = tl_ctx_opts_defaults();
-    opts.thread_count = threads;
-    CHECK_OK(NULL, tl_ctx_create(&opts, &ctx));
-    return ctx;
-}
 
 #endif

@@ -4,6 +4,7 @@
 #define _GNU_SOURCE 1 /* unshare */
 
 #include "check.h"
+#include "check_ctx.h"
 
 #include "check_alloc.h"
 
@@ -95,7 +96,7 @@ static void check_message(tl_ctx *ctx, const char *path, const char *reason)
 static void test_map(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_map map;
     put_file("a", "tetra");
     CHECK_OK(ctx, tli_map_open(ctx, "a", &map));
@@ -118,7 +119,7 @@ static void test_map(void **state)
 static void test_map_failures(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_map map;
     CHECK_STATUS(tli_map_open(ctx, "missing", &map), TL_ERR_IO);
     check_message(ctx, "'missing'", "No such file");
@@ -155,7 +156,7 @@ static void test_map_reads_pipes(void **state)
     close(ends[1]);
     char path[40];
     snprintf(path, sizeof path, "/dev/fd/%d", ends[0]);
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_map map;
     CHECK_OK(ctx, tli_map_open(ctx, path, &map));
     CHECK_EQ(map.byte_count, BYTES);
@@ -175,7 +176,7 @@ static void test_map_reads_pipes(void **state)
 static void test_map_reads_proc(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_map map;
     if (access("/proc/self/status", R_OK)) {
         tl_ctx_destroy(ctx);
@@ -199,7 +200,7 @@ static void test_map_over_4_gib(void **state)
     }
     for (size_t i = 0; i < 5; i++) CHECK_EQ(pwrite(fd, "tlod", 4, (off_t)places[i]), 4);
     close(fd);
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_map map;
     CHECK_OK(ctx, tli_map_open(ctx, "sparse", &map));
     CHECK_EQ(map.byte_count, GIB * 5);
@@ -219,7 +220,7 @@ static void test_map_over_4_gib(void **state)
 static void test_sink_appears_when_committed(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_sink *sink = NULL;
     CHECK_OK(ctx, tli_sink_open(ctx, "out", &sink));
     CHECK_OK(ctx, tli_sink_printf(sink, "%d-%s", 12, "ab"));
@@ -244,7 +245,7 @@ static void test_sink_appears_when_committed(void **state)
 static void test_sink_dropped_leaves_nothing(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_sink *sink = NULL;
     static const char zeros[1000000];
     put_file("old", "old content");
@@ -261,7 +262,7 @@ static void test_sink_dropped_leaves_nothing(void **state)
 static void test_sink_keeps_permissions(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     put_file("out", "old");
     CHECK_EQ(chmod("out", 0640), 0);
     CHECK_OK(ctx, write_text(ctx, "out", "new"));
@@ -273,7 +274,7 @@ static void test_sink_keeps_permissions(void **state)
 static void test_sink_follows_links(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     struct stat info;
     put_file("target", "old");
     CHECK_EQ(symlink("target", "link"), 0);
@@ -292,7 +293,7 @@ static void test_sink_patches(void **state)
 {
     (void)state;
     enum { BYTES = 3000000 };
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_sink *sink = NULL;
     tli_map map;
     uint8_t *expected = malloc(BYTES + 700000), *piece = malloc(700000);
@@ -325,7 +326,7 @@ static void test_sink_patches(void **state)
 static void test_sink_prints_long_texts(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_sink *sink = NULL;
     tli_map map;
     CHECK_OK(ctx, tli_sink_open(ctx, "out", &sink));
@@ -346,7 +347,7 @@ static void test_sink_prints_long_texts(void **state)
 static void test_sink_refusals(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     CHECK_EQ(mkdir("folder", 0777), 0);
     CHECK_STATUS(write_text(ctx, "folder", "x"), TL_ERR_IO);
     check_message(ctx, "'folder'", "is a folder");
@@ -363,7 +364,7 @@ static void test_sink_refusals(void **state)
 static void test_sink_into_a_pipe(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_sink *sink = NULL;
     int ends[2];
     char path[40], text[16] = "";
@@ -385,7 +386,7 @@ static void test_sink_into_a_full_device(void **state)
 {
     (void)state;
     if (access("/dev/full", W_OK)) CHECK_SKIP("there is no /dev/full");
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_sink *sink = NULL;
     static const char zeros[1000000];
     CHECK_OK(ctx, tli_sink_open(ctx, "/dev/full", &sink));
@@ -408,7 +409,7 @@ static void test_sink_counts_over_4_gib(void **state)
 {
     (void)state;
     enum { PIECE = 64 << 20 };
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tli_sink *sink = NULL;
     char *piece = calloc(PIECE, 1);
     CHECK_OK(ctx, tli_sink_open(ctx, "/dev/null", &sink));
@@ -441,7 +442,7 @@ static tl_status write_and_patch(tl_ctx *ctx, const char *path)
 static void test_each_file_operation_fails(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tl_status st = TL_ERR_IO;
     int n = 0;
     while (st) {
@@ -592,7 +593,7 @@ static void test_permissions_are_respected(void **state)
     (void)state;
     bool root = geteuid() == 0;
     if (root) CHECK(chmod(".", 0777) == 0 && seteuid(65534) == 0);
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     CHECK_EQ(mkdir("closed", 0555), 0);
     tl_status in_closed = write_text(ctx, "closed/out", "x");
     check_message(ctx, "'closed/out'", "Permission denied");

@@ -1,6 +1,7 @@
 /* The thread pool: every item once, pieces where the contract says, failures that do not depend on
  * timing, many short jobs, messages from workers. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "base/base.h"
 
@@ -49,7 +50,7 @@ static void test_each_item_once(void **state)
     static atomic_uint visits[5000];
     const size_t counts[] = {0, 1, 2, 63, 64, 65, 4999, 5000}, grains[] = {1, 7, 64, 100000};
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = check_context(thread_counts[t]);
+        tl_ctx *ctx = check_ctx_create(thread_counts[t]);
         for (size_t c = 0; c < 8; c++)
             for (size_t g = 0; g < 4; g++) {
                 work w = {.ctx = ctx,
@@ -72,7 +73,7 @@ static void test_failure_is_repeatable(void **state)
     (void)state;
     static atomic_uint visits[1000];
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = check_context(thread_counts[t]);
+        tl_ctx *ctx = check_ctx_create(thread_counts[t]);
         for (int round = 0; round < 300; round++) {
             work w = {.ctx = ctx,
                       .visits = visits,
@@ -108,7 +109,7 @@ static void test_failure_ends_the_job(void **state)
 {
     (void)state;
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = check_context(thread_counts[t]);
+        tl_ctx *ctx = check_ctx_create(thread_counts[t]);
         atomic_size_t begun = 0;
         CHECK_STATUS(tli_parallel(ctx, 100000, 1, fail_second, &begun), TL_ERR_CANCELLED);
         CHECK_BOUND("pieces begun of 100000", (double)begun, 50000.0);
@@ -154,7 +155,7 @@ static void test_many_short_jobs(void **state)
 {
     (void)state;
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = check_context(thread_counts[t]);
+        tl_ctx *ctx = check_ctx_create(thread_counts[t]);
         atomic_size_t sum = 0;
         double start = tli_clock_s();
         for (int i = 0; i < 5000; i++) CHECK_OK(ctx, tli_parallel(ctx, 16, 1, sum_up, &sum));
@@ -191,7 +192,7 @@ static tl_status meet(void *arg, size_t begin, size_t end, unsigned worker)
 static void test_threads_run_together(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     meeting m = {0};
     CHECK_OK(ctx, tli_parallel(ctx, 2, 1, meet, &m));
     CHECK(!m.missed);
@@ -260,7 +261,7 @@ static void test_forks_work_inside(void **state)
     (void)state;
     static atomic_uint visits[1000];
     for (size_t t = 0; t < THREAD_COUNTS; t++) {
-        tl_ctx *ctx = check_context(thread_counts[t]);
+        tl_ctx *ctx = check_ctx_create(thread_counts[t]);
         memset(visits, 0, sizeof visits);
         work w = {.ctx = ctx, .visits = visits, .fail_from = SIZE_MAX};
         CHECK_STATUS(tli_parallel(ctx, 100, 1, work_in_fork, &w), TL_OK);

@@ -1,6 +1,7 @@
 /* Radix sorts against qsort, with any number of threads; Hilbert order on grids, where each step
  * must go to a neighbour, and on points that are no numbers. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "check_alloc.h"
 
@@ -102,7 +103,7 @@ static void test_agrees_with_qsort(void **state)
                 malloc(COUNT_MAX * 4), malloc(COUNT_MAX * 4)};
     CHECK(a.expected && a.keys64 && a.input && a.keys32 && a.values);
     for (size_t t = 0; t < 3; t++) {
-        tl_ctx *ctx = check_context(thread_counts[t]);
+        tl_ctx *ctx = check_ctx_create(thread_counts[t]);
         for (fill f = 0; f < FILL_COUNT; f++)
             for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
                 for (size_t i = 0; i < counts[c]; i++) a.input[i] = key_of(f, i);
@@ -171,7 +172,7 @@ static void test_hilbert_steps_to_neighbours(void **state)
     uint32_t *order = malloc(COUNT * sizeof *order), *again = malloc(COUNT * sizeof *again);
     const double scales[] = {1, 1e-6, 1e6}, shifts[] = {0, 1e6, -3};
     for (size_t t = 0; t < 3; t++) {
-        tl_ctx *ctx = check_context(thread_counts[t]);
+        tl_ctx *ctx = check_ctx_create(thread_counts[t]);
         for (size_t i = 0; i < COUNT; i++) {
             size_t cell = i * 20011 % COUNT; /* odd, so a permutation */
             xyz[i][0] = scales[t] * ((double)(cell % SIDE) + shifts[t]);
@@ -186,7 +187,7 @@ static void test_hilbert_steps_to_neighbours(void **state)
         CHECK_BOUND("longest step in cells", longest / scales[t], 1.0 + 1e-3);
         tl_ctx_destroy(ctx);
 
-        ctx = check_context(1);
+        ctx = check_ctx_create(1);
         CHECK_OK(ctx, tli_sort_hilbert(ctx, xyz[0], COUNT, again));
         CHECK(memcmp(order, again, COUNT * sizeof *order) == 0);
         tl_ctx_destroy(ctx);
@@ -197,7 +198,7 @@ static void test_hilbert_steps_to_neighbours(void **state)
 static void test_hilbert_odd_input(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double odd[][3] = {{(double)NAN, 0, 0},
                              {1e308, 1e308, -1e308},
                              {0, HUGE_VAL, 0},
@@ -230,7 +231,7 @@ static void test_prints_times(void **state)
 {
     (void)state;
     enum { COUNT = 1 << 20 };
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     double(*xyz)[3] = malloc(COUNT * sizeof *xyz);
     uint32_t *order = malloc(COUNT * sizeof *order);
     uint64_t *keys = malloc(COUNT * sizeof *keys);

@@ -1,5 +1,6 @@
 /* Channels to bytes and back. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "make_patch.h"
 
@@ -73,7 +74,7 @@ static void fields_return(void **state)
                                           {TL_VALUE_FLOAT64, 0},
                                           {TL_VALUE_INTEGER, 0}};
     static const double most_bits[] = {12, 28, 58, 6};
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     for (int c = 0; c < 4; c++)
         for (int on = 0; on < 2; on++)
             for (uint32_t components = 1; components < 20; components += 9) {
@@ -90,7 +91,7 @@ static void what_is_not_finite_returns(void **state)
 {
     (void)state;
     const tl_value_code code = {TL_VALUE_FLOAT64, 0};
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     sample s = make_sample(ctx, &code, TL_ON_VERTEX, 2);
     for (uint32_t i = 0; i < 2 * s.count; i += 5)
         s.values[i] = i % 3 == 0 ? TL_IMAGE_NAN : i % 3 == 1 ? TL_IMAGE_NINF : TL_IMAGE_PINF;
@@ -107,7 +108,7 @@ static void constant_channels_cost_their_head(void **state)
 {
     (void)state;
     const tl_value_code code = {TL_VALUE_LATTICE, 1};
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     sample s = make_sample(ctx, &code, TL_ON_TET, 3);
     for (uint32_t i = 0; i < 3 * s.count; i++) s.values[i] = -5 + i % 3;
     CHECK_BOUND("bits of a constant channel", round_trip(ctx, &s, &code) * 3 * s.count,

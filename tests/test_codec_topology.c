@@ -1,5 +1,6 @@
 /* Topologies to bytes and back: every mesh of tets returns, garbage too. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "make_patch.h"
 
@@ -95,7 +96,7 @@ static double round_trip(tl_ctx *ctx, const tl_lattice *lattice, const make_mesh
 static void grids_return(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     for (int i = 0; i < 5; i++) {
         tli_bits bits = {0};
         make_mesh m = i < 4 ? make_grid(14) : make_grid_cavity(14);
@@ -115,7 +116,7 @@ static void grids_return(void **state)
 static void soups_return(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     for (uint64_t seed = 0; seed < 60; seed++) {
         tli_bits bits = {0};
         make_mesh m = make_soup(4 + seed % 40, seed < 50 ? seed * 3 : 2000, seed);
@@ -134,7 +135,7 @@ static void lossless_places_return(void **state)
     (void)state;
     const tl_lattice lattices[] = {{TL_PLACE_FLOAT32, 0, {0, 0, 0}},
                                    {TL_PLACE_FLOAT64, 0, {0, 0, 0}}};
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     for (int l = 0; l < 2; l++) {
         tli_bits bits = {0};
         make_mesh m = make_grid(8);

@@ -1,6 +1,7 @@
 /* Slices: areas and triangles of fields with a known answer, closed surfaces, one result for any
  * number of threads, values, blocks and pieces of a mesh; gradients. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "tetralod/extract.h"
 
@@ -47,7 +48,7 @@ static void check_same(const tl_polydata *a, const tl_polydata *b)
 static void plane_has_its_area(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(24);
     make_shuffle(&m, 5);
     tl_mesh *mesh = make_object(ctx, &m, linear);
@@ -89,7 +90,7 @@ static void plane_has_its_area(void **state)
 static void spheres_are_closed(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(3);
+    tl_ctx *ctx = check_ctx_create(3);
     make_mesh m = make_grid(40);
     make_perturb(&m, 0.05 / 40, 7);
     make_shuffle(&m, 11);
@@ -134,9 +135,9 @@ static void threads_and_ranges_change_nothing(void **state)
     static const double values[2] = {0.31, 0.32};
     make_mesh m = make_grid(36);
     tl_polydata *first = NULL;
-    tl_ctx *one = check_context(1);
+    tl_ctx *one = check_ctx_create(1);
     for (unsigned threads = 1; threads <= 4; threads++) {
-        tl_ctx *ctx = check_context(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         tl_mesh *mesh = make_object(ctx, &m, radius);
         tl_range_index *ranges = NULL;
         CHECK_OK(ctx, tl_range_index_create(ctx, mesh, tl_mesh_channel(mesh, 0)->values, &ranges));
@@ -165,7 +166,7 @@ static int by_place(const void *a, const void *b)
 static void parts_meet_exactly(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(20);
     make_perturb(&m, 0.05 / 20, 1);
     tl_mesh *whole = make_object(ctx, &m, radius);
@@ -205,7 +206,7 @@ static void parts_meet_exactly(void **state)
 static void ties_and_numbers_that_are_none(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(12);
     tl_mesh *mesh = make_object(ctx, &m, radius);
     double *scalar = malloc(m.vert_count * sizeof *scalar), value = 1;
@@ -251,7 +252,7 @@ static void ties_and_numbers_that_are_none(void **state)
 static void gradients_of_linear_fields(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(10);
     make_perturb(&m, 0.05 / 10, 2);
     make_shuffle(&m, 4);
@@ -306,7 +307,7 @@ static void failing_memory_leaks_nothing(void **state)
 {
     (void)state;
     fail_alloc f;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(8);
     tl_mesh *mesh = make_object(ctx, &m, radius);
     fail_alloc_open(&f, 1);

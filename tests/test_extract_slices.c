@@ -1,6 +1,7 @@
 /* Surfaces of cuts, patch by patch: random cuts of models of several meshes; what is decoded; many
  * threads; failures. tests/test_long_extract_slices.c tries more of them. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "check_slices.h"
 #include "fail_alloc.h"
@@ -19,7 +20,7 @@ static double waves(const double x[3])
 static void random_cuts(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int i = 0; i < 3; i++) {
         slices_case c;
         make_mesh m = i == 1 ? make_grid_cavity(16) : make_grid(16);
@@ -58,7 +59,7 @@ static void decodes_what_changed(void **state)
     (void)state;
     static const double values[2] = {0.3, 0.1}, nowhere = 7;
     slices_case c;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     tl_cut *cut = NULL;
     tl_polydata *first = NULL, *again = NULL;
     size_t fine_count, coarse_count;
@@ -102,7 +103,7 @@ static void normals_of_the_mesh(void **state)
 {
     (void)state;
     slices_case c;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tl_cut *cut = NULL;
     tl_mesh *mesh = NULL;
     double values[TL_SLICE_VALUES_MAX];
@@ -150,7 +151,7 @@ static void planes_and_threads(void **state)
 {
     (void)state;
     slices_case c;
-    tl_ctx *ctx[2] = {check_context(1), check_context(3)};
+    tl_ctx *ctx[2] = {check_ctx_create(1), check_ctx_create(3)};
     tl_polydata *p[2];
     open_ball(&c, ctx[0]);
     for (int i = 0; i < 2; i++) {
@@ -188,7 +189,7 @@ static void wrong_options(void **state)
     static const double value = 0.5, bad = (double)NAN;
     static const uint32_t none = 9, twice[2] = {0, 0};
     slices_case c;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tl_slices *slices = NULL;
     open_ball(&c, ctx);
     tl_slices_opts opts = tl_slices_opts_defaults();
@@ -256,7 +257,7 @@ static void failing_memory(void **state)
     slices_case c;
     fail_alloc f;
     char path[256];
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     open_ball(&c, ctx);
     snprintf(path, sizeof path, "%s", check_model_path("slices"));
     fail_alloc_open(&f, 1);

@@ -1,5 +1,6 @@
 /* BINARY files of legacy VTK in windows: the mesh of a whole read, tet by tet and value by value;
  * what no window can take is read as a whole; broken files fail as they do as a whole. */
+#include "check_ctx.h"
 #include "check_feed.h"
 #include "check_grid.h"
 #include "tetralod/model.h"
@@ -88,7 +89,7 @@ static void test_structured(void **state)
     (void)state;
     static const char *const kinds[] = {"STRUCTURED_POINTS", "RECTILINEAR_GRID", "STRUCTURED_GRID"};
     const uint32_t dims[3] = {13, 11, 20};
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int i = 0; i < 6; i++) {
         tl_read_opts opts = tl_read_opts_defaults();
         opts.split = i % 2 ? 6 : 5;
@@ -184,7 +185,7 @@ static void test_mixed(void **state)
 {
     (void)state;
     const uint32_t dims[3] = {31, 30, 40};
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int version = 3; version <= 5; version += 2) {
         write_mixed("m.vtk", dims, version);
         CHECK(check_feed_file(ctx, "m.vtk", NULL) > 1);
@@ -216,7 +217,7 @@ static void write_prism(const char *path)
 static void test_whole(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     write_prism("p.vtk");
     CHECK_EQ(check_feed_file(ctx, "p.vtk", NULL), 0);
     tl_mesh *mesh = NULL;
@@ -247,7 +248,7 @@ static void *read_all(const char *path, size_t *bytes)
 static void test_written(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     tl_mesh *mesh = NULL;
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 34, "g.vtu"));
     CHECK_OK(ctx, tl_mesh_read(ctx, "g.vtu", NULL, &mesh, NULL));
@@ -290,7 +291,7 @@ static void test_broken(void **state)
 {
     (void)state;
     const uint32_t dims[3] = {3, 3, 3};
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     uint64_t random = 7;
     size_t refused = 0;
     for (int i = 0; i < 900; i++) {
@@ -328,7 +329,7 @@ static void test_broken(void **state)
 static void test_message(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     FILE *file = begin_file("x.vtk", "DATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n");
     for (int i = 0; i < 12; i++) put_f32(file, (float)(i % 4 == 0));
     fprintf(file, "\nCELLS 2 10\n");
@@ -361,7 +362,7 @@ static void test_real(void **state)
     char path[4096];
     if (!data_path(files[0].name, path, sizeof path))
         CHECK_SKIP("no '%s': set TETRALOD_DATA to the folder of data sets", path);
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         if (!data_path(files[i].name, path, sizeof path)) fail_msg("no '%s'", path);
         uint64_t windows = check_feed_file(ctx, path, NULL);

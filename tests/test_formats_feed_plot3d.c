@@ -1,5 +1,6 @@
 /* Binary PLOT3D in windows: the mesh of a whole read in every variant, blanked points, several
  * blocks and species included; broken files fail as they do as a whole. */
+#include "check_ctx.h"
 #include "check_feed.h"
 #include "check_grid.h"
 
@@ -114,7 +115,7 @@ static variant variant_of(uint32_t bits)
 static void test_variants(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (uint32_t bits = 0; bits < 64; bits++) {
         const variant as = variant_of(bits);
         tl_read_opts opts = tl_read_opts_defaults();
@@ -134,7 +135,7 @@ static void test_variants(void **state)
 static void test_others(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tl_read_opts opts = tl_read_opts_defaults();
     const variant as = variant_of(2 + 32);
     tli_feed *feed = NULL;
@@ -169,7 +170,7 @@ static void test_real(void **state)
     char grid[1024], solution[1024];
     if (!data_path(files[0][0], grid, sizeof grid))
         CHECK_SKIP("no '%s': set TETRALOD_DATA to the folder of data sets", grid);
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int i = 0; i < 2; i++) {
         CHECK(data_path(files[i][0], grid, sizeof grid));
         CHECK(data_path(files[i][1], solution, sizeof solution));

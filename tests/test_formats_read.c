@@ -1,6 +1,7 @@
 /* The door in: what a file is told to be, what is refused by which name, and all real files against
  * the counts that their origin gives. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include <unistd.h>
 
@@ -49,7 +50,7 @@ static const foreign foreigns[] = {
 static void test_foreign_formats_are_named(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     for (size_t i = 0; i < sizeof foreigns / sizeof foreigns[0]; i++) {
         const foreign *f = &foreigns[i];
         tl_mesh *mesh = (tl_mesh *)&mesh;
@@ -271,7 +272,7 @@ static void test_real_files(void **state)
     char path[1024];
     data_path(path, real_files[0].path);
     if (access(path, R_OK) != 0) CHECK_SKIP("no data at %s", path);
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     for (size_t i = 0; i < sizeof real_files / sizeof real_files[0]; i++)
         check_file(ctx, &real_files[i]);
     tl_ctx_destroy(ctx);
@@ -285,7 +286,7 @@ static void test_raw_volume_and_solution(void **state)
     tl_read_opts opts = tl_read_opts_defaults();
     data_path(path, "volume/neghip_64x64x64_uint8.raw");
     if (access(path, R_OK) != 0) CHECK_SKIP("no data at %s", path);
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     for (int axis = 0; axis < 3; axis++) opts.raw_dims[axis] = 64;
     CHECK_OK(ctx, tl_mesh_read(ctx, path, &opts, &mesh, NULL));
     CHECK_EQ(tl_mesh_tet_count(mesh), 1250235);

@@ -1,6 +1,7 @@
 /* Samples: formulas against their physics and against numbers made elsewhere, files against
  * formulas, meshes at every size. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include <unistd.h>
 
@@ -31,7 +32,7 @@ static void test_values_made_elsewhere(void **state)
     static const double at[3][3] = {{0, 0, 0}, {0.5, -0.25, 0.75}, {-1, 1, -1}};
     static const double lobb[3] = {0.59999999999999998, 0.17954470086242674, 0.83349222933682154};
     static const double bells[3] = {0.44647195200202272, 0.35291709596551735, 0.049618778294049287};
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     for (int i = 0; i < 3; i++) {
         double value;
         CHECK_OK(ctx, tl_sample_value(ctx, "marschner-lobb", at[i], &value));
@@ -62,7 +63,7 @@ static double slope(tl_ctx *ctx, const double x[3], int component, int axis)
 static void test_flow_is_potential_flow(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     double worst_divergence = 0, worst_rotation = 0, worst_wall = 0;
     for (int i = 0; i < 200; i++) {
         double polar = 0.015 * i, turn = 2.4 * i, r = 1 + 0.02 * (i % 50), values[4];
@@ -178,7 +179,7 @@ static void test_grids(void **state)
 {
     (void)state;
     static const char *const names[] = {"marschner-lobb", "gaussians"};
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int i = 0; i < 2; i++)
         for (uint32_t size = 2; size < 40; size += 12) {
             double ratio;
@@ -200,7 +201,7 @@ static void test_grids(void **state)
 static void test_shells(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (uint32_t size = 2; size <= 40; size += size < 12 ? 1 : 14) {
         double ratio, box = pow(2 * TLI_SHELLS_HALF_SIDE, 3);
         tl_mesh *mesh = write_and_read(ctx, "sphere-flow", size);
@@ -225,7 +226,7 @@ static void test_shells(void **state)
 static void test_default_sizes(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     tl_mesh *mesh = write_and_read(ctx, "sphere-flow", 0);
     printf("sphere-flow: %zu tets\n", tl_mesh_tet_count(mesh));
     CHECK_NEAR((double)tl_mesh_tet_count(mesh), 1e6, 5e4);
@@ -289,7 +290,7 @@ static void test_memory_does_not_grow(void **state)
     static const uint32_t sizes[] = {24, 96};
     size_t peaks[2];
     for (int i = 0; i < 2; i++) {
-        tl_ctx *ctx = check_context(2);
+        tl_ctx *ctx = check_ctx_create(2);
         CHECK_OK(ctx, tl_sample_write(ctx, "sphere-flow", sizes[i], "sample.vtu"));
         peaks[i] = tl_ctx_peak_bytes(ctx);
         tl_ctx_destroy(ctx);
@@ -310,7 +311,7 @@ static bool cancel(void *user, const char *stage, uint64_t done, uint64_t total)
 static void test_wrong_use_and_failures(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     double x[3] = {0}, values[4];
     CHECK_STATUS(tl_sample_value(ctx, "none", x, values), TL_ERR_ARG);
     CHECK_STATUS(tl_sample_write(ctx, "none", 0, "a.vtu"), TL_ERR_ARG);

@@ -1,5 +1,6 @@
 /* A thousand random cuts of models of generated and real meshes: their surfaces, patch by patch. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "check_simplify_real.h"
 #include "check_slices.h"
@@ -38,7 +39,7 @@ static void try_cuts(tl_ctx *ctx, tl_mesh *mesh, const char *name, uint64_t seed
 static void generated(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int i = 0; i < 2; i++) {
         make_mesh m = i ? make_grid_cavity(20) : make_grid(20);
         make_perturb(&m, 0.1 / 20, 3);
@@ -53,7 +54,7 @@ static void real(void **state)
 {
     (void)state;
     size_t found = 0;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         tl_mesh *mesh = real_read(ctx, &files[i]);
         if (!mesh) continue;

@@ -89,7 +89,7 @@ static tl_field_error compare_fields(tl_ctx *ctx, make_mesh *a, make_mesh *b, ma
 /* Also with flat tets, a second vertex at a place of another, and vertices of no tet. */
 static void identical_is_zero(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid_cavity(10);
     (void)state;
     make_perturb(&m, 0.008, 3);
@@ -129,7 +129,7 @@ static void identical_is_zero(void **state)
 /* The same mesh in another order: the same to rounding. */
 static void reordered_is_nearly_zero(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(11), other = make_grid(11);
     (void)state;
     make_perturb(&m, 0.008, 3);
@@ -145,7 +145,7 @@ static void reordered_is_nearly_zero(void **state)
 
 static void linear_fields_survive(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh fine = make_grid(15), coarse = make_grid(6);
     (void)state;
     tl_field_error f = compare_fields(ctx, &fine, &coarse, field_linear);
@@ -164,7 +164,7 @@ static void linear_fields_survive(void **state)
  * interpolants, which is linear in each fine tet, h^2 / 8. */
 static void square_field_as_computed(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     (void)state;
     for (size_t n = 1; n <= 8; n *= 2) {
         make_mesh fine = make_grid(2 * n + 1), coarse = make_grid(n + 1);
@@ -182,7 +182,7 @@ static void square_field_as_computed(void **state)
 
 static void vectors_by_their_norm(void **state)
 {
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(4);
     tl_mesh *a = make_object(ctx, &m, NULL), *b = make_object(ctx, &m, NULL);
     double va[64][3], vb[64][3], ta[135], tb[135];
@@ -239,7 +239,7 @@ static void fill_halves(tl_ctx *ctx, tl_mesh *mesh)
 /* Two halves whose border both grids have, then one that the copy can only have in part. */
 static void tet_channels_between_grids(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     static const size_t sizes[2] = {5, 4}; /* 0.5 is a plane of the first alone */
     (void)state;
     for (int n = 0; n < 2; n++) {
@@ -286,7 +286,7 @@ static double brute_error(const tl_mesh *a, size_t v, const tl_mesh *b, double *
 
 static void as_brute_force(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     (void)state;
     for (int n = 0; n < 3; n++) {
         make_mesh m = make_grid(9), other = n == 2 ? make_grid_cavity(7) : make_grid(5);
@@ -321,7 +321,7 @@ static void as_brute_force(void **state)
 
 static void hints_change_nothing(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(9), other = make_grid(6);
     uint64_t seed = 4;
     (void)state;
@@ -378,7 +378,7 @@ static void hints_change_nothing(void **state)
 
 static void outside_is_projected(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(9), small = make_grid(5), away = make_grid(5);
     (void)state;
     scale(&small, 0.9, 0.05);
@@ -412,7 +412,7 @@ static void outside_is_projected(void **state)
 
 static void moved_by_a_distance(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     static const double moves[] = {0.1, 0.003, 1e-7};
     (void)state;
     for (int n = 0; n < 3; n++) {
@@ -460,7 +460,7 @@ static make_mesh make_two(size_t n)
 /* The cavity's inner vertices, which no tet has, hold values that would spoil the errors. */
 static void components_and_cavities(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh fine = make_two(13), coarse = make_two(7);
     (void)state;
     tl_mesh *a = make_object(ctx, &fine, NULL), *b = make_object(ctx, &coarse, NULL);
@@ -501,7 +501,7 @@ static void components_and_cavities(void **state)
 
 static void values_that_are_not_finite(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(5);
     double f[125], g[125], *t = malloc(m.tet_count * sizeof *t);
     (void)state;
@@ -542,7 +542,7 @@ static void values_that_are_not_finite(void **state)
 /* Channels count as common by name, place and components. */
 static void channels_in_common(void **state)
 {
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(3);
     double values[3 * 40] = {0};
     (void)state;
@@ -584,7 +584,7 @@ static void check_refused(tl_ctx *ctx, const tl_mesh *a, const tl_mesh *b,
 
 static void bad_meshes(void **state)
 {
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(3), none = make_room(3, 0), broken = make_grid(3);
     (void)state;
     broken.xyz[3 * 26 + 1] = (double)NAN;
@@ -611,7 +611,7 @@ static void bad_meshes(void **state)
 static void flat_tets_have_no_mean(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     const double xyz[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0};
     const tl_lidx tets[8] = {0, 1, 2, 3, 1, 4, 2, 0};
     const double ids[2] = {1, 2}, wrong[2] = {1.5, (double)INFINITY};
@@ -631,7 +631,7 @@ static void flat_tets_have_no_mean(void **state)
 
 static void bad_options(void **state)
 {
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(3);
     (void)state;
     tl_mesh *a = make_object(ctx, &m, field_x);
@@ -748,7 +748,7 @@ static void threads_change_nothing(void **state)
     make_perturb(&other, 0.008, 2);
     make_shuffle(&m, 3);
     for (int n = 0; n < 3; n++) {
-        tl_ctx *ctx = check_context(threads[n]);
+        tl_ctx *ctx = check_ctx_create(threads[n]);
         tl_mesh *a = make_object(ctx, &m, field_wavy), *b = make_object(ctx, &other, field_wavy);
         const tl_iso_request iso = {"f", 0.4};
         tl_compare_opts opts = tl_compare_opts_defaults();

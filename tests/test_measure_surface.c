@@ -164,7 +164,7 @@ static void nearest_as_brute_force(void **state)
 {
     static const size_t counts[] = {1, 2, 3, 4, 5, 16, 17, 300, 3000};
     uint64_t seed = 77;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     (void)state;
     for (size_t n = 0; n < sizeof counts / sizeof *counts; n++) {
         soup s = make_random_soup(counts[n], 0.1, n + 1);
@@ -190,7 +190,7 @@ static void nearest_as_brute_force(void **state)
 
 static void identical_is_zero(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double wave[] = {0.1, 0.07}, ball[] = {1};
     soup s[3] = {make_sheet(20, place_wave, wave), make_sheet(17, place_sphere, ball),
                  make_random_soup(500, 0.2, 3)};
@@ -217,7 +217,7 @@ static void identical_is_zero(void **state)
 
 static void parallel_planes(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double low[] = {0, 0};
     (void)state;
     for (int n = 0; n < 3; n++) {
@@ -239,7 +239,7 @@ static void parallel_planes(void **state)
 /* The distance to a plane grows linearly: the trapezoidal rule is exact whatever the step. */
 static void tilted_planes(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double flat[] = {0, 0}, tilt[] = {0, 0.3};
     static const double steps[] = {10, 0.3, 0.04, 0.011};
     (void)state;
@@ -273,7 +273,7 @@ static soup make_box(double low, double high)
 
 static void nested_boxes(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     soup inner = make_box(0, 1), outer = make_box(-0.05, 1.05);
     (void)state;
     tli_surface_error e = compare_soups(ctx, &inner, &outer, 0.02);
@@ -289,7 +289,7 @@ static void nested_boxes(void **state)
 
 static void concentric_spheres(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double small[] = {1}, large[] = {1.1};
     soup a = make_sheet(80, place_sphere, small), b = make_sheet(60, place_sphere, large);
     (void)state;
@@ -310,7 +310,7 @@ static void concentric_spheres(void **state)
  * corner and from any side of a prism. */
 static void over_a_valley(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double bottom[] = {0.4}, low[] = {0.2, 0};
     soup plane = make_sheet(1, place_plane, low), valley = make_sheet(50, place_valley, bottom);
     (void)state;
@@ -352,7 +352,7 @@ static double dense_one_sided(tl_ctx *ctx, const soup *a, const soup *b, int n)
  * samples that are far too coarse. */
 static void bound_between_samples(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     const double flat[] = {0.03, 0}, wave[] = {0.1, 0.05};
     soup a = make_sheet(1, place_plane, flat), b = make_sheet(70, place_wave, wave);
     (void)state;
@@ -372,7 +372,7 @@ static void bound_between_samples(void **state)
 
 static void bound_of_soups(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     (void)state;
     for (uint64_t seed = 1; seed < 6; seed++) {
         soup a = make_random_soup(40, 0.5, seed), b = make_random_soup(60, 0.5, seed + 100);
@@ -394,7 +394,7 @@ static void bound_of_soups(void **state)
 static void sample_counts(void **state)
 {
     static const double needle[9] = {0, 0, 0, 1, 0, 0, 1, 0.0005, 0};
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     const double low[] = {0, 0}, high[] = {0.1, 0};
     soup plane = make_sheet(1, place_plane, low), lifted = make_sheet(1, place_plane, high);
     soup thin[2] = {soup_room(3, 1), soup_room(3, 1)};
@@ -417,7 +417,7 @@ static void sample_counts(void **state)
 
 static void empty_surfaces(void **state)
 {
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     const double flat[] = {0, 0};
     soup plane = make_sheet(2, place_plane, flat), none = soup_room(3, 0);
     (void)state;
@@ -438,7 +438,7 @@ static void threads_change_nothing(void **state)
     tli_surface_error e[3];
     (void)state;
     for (int i = 0; i < 3; i++) {
-        tl_ctx *ctx = check_context(threads[i]);
+        tl_ctx *ctx = check_ctx_create(threads[i]);
         e[i] = compare_soups(ctx, &a, &b, 0.01);
         check_ctx_destroy(ctx);
         CHECK(memcmp(&e[i], &e[0], sizeof e[0]) == 0);
@@ -472,7 +472,7 @@ static tli_surface iso_of(tl_ctx *ctx, make_mesh *m, make_field field, double va
 
 static void iso_plane(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh fine = make_grid(12), coarse = make_grid(5);
     tli_surface_error e;
     (void)state;
@@ -498,7 +498,7 @@ static void iso_plane(void **state)
 
 static void iso_sphere(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh grid = make_grid(41);
     (void)state;
     tli_surface a = iso_of(ctx, &grid, field_radius, 0.3),
@@ -521,7 +521,7 @@ static void iso_sphere(void **state)
 /* Corners in another order, vertices on the value, no surface at all, values that are none. */
 static void iso_special(void **state)
 {
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh grid = make_grid(9);
     (void)state;
     tli_surface a = iso_of(ctx, &grid, field_radius, 0.31);
@@ -597,7 +597,7 @@ static void every_allocation_fails(void **state)
 static void covered_by_cells(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     const double low[2] = {0, 0}, high[2] = {0.001, 0};
     soup below = make_sheet(7, place_plane, low), above = make_sheet(5, place_plane, high);
     tli_surface to = make_surface(ctx, &below), from = make_surface(ctx, &above);
@@ -632,7 +632,7 @@ static void covered_by_cells(void **state)
 static void reach_of_large_triangles(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     const double flat[2] = {0, 0}, wave[2] = {0.002, 0.03};
     soup large = make_sheet(1, place_plane, flat), small = make_sheet(100, place_wave, wave);
     tli_surface from = make_surface(ctx, &large), to = make_surface(ctx, &small);
@@ -680,7 +680,7 @@ static tl_status count_piece(void *user, const double c[9], tl_lidx to)
 static void dealt_at_borders(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     const double low[2] = {0, 0}, high[2] = {0.001, 0};
     soup below = make_sheet(7, place_plane, low), above = make_sheet(4, place_plane, high);
     tli_surface to = make_surface(ctx, &below), from = make_surface(ctx, &above);
@@ -763,7 +763,7 @@ static tl_status sample_piece(void *user, const double c[9], tl_lidx to)
 static void dealt_around_a_corner(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     const double tip[3] = {0, 0, 0.3}, other[3] = {0.012, 0.007, 0.31}, least = 0.001;
     for (int turn = 0; turn < 24; turn++) {
         soup below = make_fan(8, 0, tip), above = make_fan(5, turn * 0.05, other);

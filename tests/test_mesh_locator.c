@@ -3,6 +3,7 @@
 #include "base/base_predicates.h"
 #include "mesh/mesh.h"
 
+#include "check_ctx.h"
 #include "fail_alloc.h"
 #include "make_mesh.h"
 
@@ -86,7 +87,7 @@ static void check_point(const make_mesh *m, const tl_locator *loc, const double 
 /* Random points in and around, corners, points on edges and faces, each from several hints. */
 static void check_mesh(make_mesh m, size_t point_count, uint64_t seed, double bytes_a_tet)
 {
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tl_mesh *mesh = make_object(ctx, &m, NULL);
     tl_lidx *opposite = NULL;
     tl_locator *loc = NULL;
@@ -206,7 +207,7 @@ static void test_hostile(void **state)
 static void test_nothing_to_find(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int kind = 0; kind < 2; kind++) {
         make_mesh m = kind ? make_grid(3) : make_room(5, 0);
         for (size_t i = 0; kind && i < 3 * m.vert_count; i++) m.xyz[i] = NAN;
@@ -245,7 +246,7 @@ static void test_threads(void **state)
     make_mesh m = make_grid_cavity(20);
     tl_lidx *first = NULL;
     for (unsigned threads = 1; threads <= 3; threads++) {
-        tl_ctx *ctx = check_context(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         tl_mesh *mesh = make_object(ctx, &m, NULL);
         tl_locator *loc = NULL;
         CHECK_OK(ctx, tl_locator_create(ctx, mesh, NULL, &loc));
@@ -288,7 +289,7 @@ static bool see(void *user, tl_lidx tet)
 static void test_boxes(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(12);
     uint64_t seed = 9;
     size_t visited = 0, touched = 0;

@@ -1,5 +1,6 @@
 /* tl_mesh_measure on meshes whose numbers are known and against brute force; tl_mesh_check on a
  * good mesh with one thing damaged at a time. */
+#include "check_ctx.h"
 #include "fail_alloc.h"
 #include "make_mesh.h"
 
@@ -8,7 +9,7 @@ static tl_mesh_stats measure(const make_mesh *m)
 {
     tl_mesh_stats stats, other;
     for (unsigned threads = 1; threads <= 3; threads++) {
-        tl_ctx *ctx = check_context(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         tl_mesh *mesh = make_object(ctx, m, NULL);
         CHECK_OK(ctx, tl_mesh_measure(ctx, mesh, threads == 1 ? &stats : &other));
         if (threads > 1) CHECK_EQ(memcmp(&stats, &other, sizeof stats), 0);
@@ -184,7 +185,7 @@ static int by_value(const void *a, const void *b)
 static void check_soup(make_mesh m)
 {
     tl_mesh_stats s = measure(&m);
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     tl_mesh *mesh = make_object(ctx, &m, NULL);
     tl_lidx *triangles = NULL;
     size_t count = 0, edges = 0, verts = 0, inverted = 0;
@@ -249,7 +250,7 @@ static void test_brute_force(void **state)
 static void expect_fault(const make_mesh *m, const char *says)
 {
     for (unsigned threads = 1; threads <= 2; threads++) {
-        tl_ctx *ctx = check_context(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         tl_mesh *mesh = make_object(ctx, m, NULL);
         CHECK_OK(ctx, tl_mesh_check(ctx, mesh, TL_CHECK_FAST));
         tl_status st = tl_mesh_check(ctx, mesh, TL_CHECK_FULL);

@@ -6,7 +6,7 @@
 static void test_create(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     make_mesh m = make_grid(3);
     tl_mesh *mesh = make_object(ctx, &m, NULL);
     CHECK(tl_mesh_ctx(mesh) == ctx);
@@ -31,7 +31,7 @@ static void test_create(void **state)
 static void test_refused(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     make_mesh m = make_grid(12);
     tl_mesh *mesh = NULL;
     m.tets[4 * 5000 + 3] = 1728;
@@ -55,7 +55,7 @@ static void test_refused(void **state)
 static void test_adopt(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     tl_status st = TL_OK;
     double *xyz = tl_mem_zalloc(ctx, 4, 24, &st), *values = tl_mem_zalloc(ctx, 4, 8, &st);
     tl_lidx *tets = tl_mem_zalloc(ctx, 1, 16, &st);
@@ -83,7 +83,7 @@ static void test_channel_names(void **state)
                                         "q", "q", "p_99999999999", ""};
     static const char *const want[] = {"p",   "p_2", "p_7", "p_8",           "p_x", "p_",
                                        "q_2", "q",   "q_3", "p_99999999999", ""};
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     make_mesh m = make_grid(2);
     tl_mesh *mesh = make_object(ctx, &m, NULL);
     double values[24] = {0};

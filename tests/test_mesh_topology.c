@@ -1,5 +1,6 @@
 /* Adjacency, incidence, boundary and components against brute force, on regular, shuffled and
  * hostile meshes, with several numbers of threads and with failing allocations. */
+#include "check_ctx.h"
 #include "fail_alloc.h"
 #include "make_mesh.h"
 
@@ -184,7 +185,7 @@ static void compare_all(make_mesh m)
 {
     expected e = expect(&m);
     for (unsigned threads = 1; threads <= THREADS_MAX; threads++) {
-        tl_ctx *ctx = check_context(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         tl_mesh *mesh = make_object(ctx, &m, NULL);
         compare_adjacency(ctx, &m, mesh, &e);
         compare_incidence(ctx, &m, mesh);
@@ -270,7 +271,7 @@ static void test_small(void **state)
 static void test_bad_index(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_grid(12);
     m.tets[4 * 1234 + 2] = (tl_lidx)m.vert_count;
     tl_lidx *a = NULL, *b = NULL;

@@ -1,6 +1,7 @@
 /* Values fitted to samples: linear fields and constants come out, fixed vertices stay, and a vertex
  * that samples hardly know does not run away. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "make_mesh.h"
 #include "model/model.h"
@@ -31,7 +32,7 @@ static void linear_fields_come_out(void **state)
 {
     (void)state;
     static const double base[4] = {0.6, 0.2, 0.15, 0.05};
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(7);
     make_perturb(&m, 0.02, 3);
     tl_mesh *mesh = make_object(ctx, &m, linear);
@@ -61,7 +62,7 @@ static void unknown_vertices_stay(void **state)
     (void)state;
     static const double weights[4] = {1e-9, 0.5, 0.3, 0.2 - 1e-9};
     static const double turned[4] = {1e-9, 0.1, 0.2, 0.7 - 1e-9};
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(2);
     tl_mesh *mesh = make_object(ctx, &m, linear);
     size_t n = tl_mesh_vert_count(mesh), corner = tl_mesh_tets(mesh)[0];

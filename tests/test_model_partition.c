@@ -74,7 +74,7 @@ static void test_models(void **state)
         uint64_t first = 0;
         opts.partition = KINDS[k];
         for (unsigned threads = 1; threads <= 3; threads += 2) {
-            tl_ctx *ctx = check_context(threads);
+            tl_ctx *ctx = check_ctx_create(threads);
             tl_mesh *mesh = make_object(ctx, &m, bumps);
             tl_store *store = build(ctx, mesh, &opts, threads == 1 ? 8 : 0);
             CHECK(tl_store_get_head(store)->level_count > 4);
@@ -118,7 +118,7 @@ static make_mesh make_islands(void)
 static void test_small(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh islands = make_islands();
     for (size_t k = 0; k < sizeof KINDS / sizeof *KINDS; k++)
         for (size_t tets = islands.tet_count - 1; tets < islands.tet_count + 1; tets++)
@@ -184,7 +184,7 @@ static void test_voronoi(void **state)
     const tli_sampling *list[PATCHES];
     double weights[PATCHES], held[SEEDS] = {0}, most = 0, least = INFINITY;
     tli_seed *seeds;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     (void)state;
     sample(samplings, PATCHES);
     for (int p = 0; p < PATCHES; p++) {
@@ -218,7 +218,7 @@ static void test_voronoi(void **state)
 static void test_split(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     make_mesh m = make_grid(9);
     tl_mesh *mesh = make_object(ctx, &m, bumps);
     const size_t n = mesh->tet_count;

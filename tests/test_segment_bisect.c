@@ -3,6 +3,7 @@
 #include "segment/segment_octree.h"
 
 #include "check.h"
+#include "check_ctx.h"
 
 #include "fail_alloc.h"
 
@@ -69,7 +70,7 @@ static void test_grid(void **state)
 {
     const double best[] = {1 * SIDE * SIDE, 3 * SIDE * SIDE, 6 * SIDE * SIDE};
     const uint32_t counts[] = {2, 8, 27};
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     tli_graph g = make_grid(SIDE, 1);
     uint32_t *parts = malloc(g.node_count * sizeof *parts);
     (void)state;
@@ -90,7 +91,7 @@ static void test_grid(void **state)
 /* The cut lies where edges are cheap, off the middle by what the balance allows. */
 static void test_weights(void **state)
 {
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     tli_graph g = make_grid(SIDE / 2 - 1, 8);
     uint32_t *parts = malloc(g.node_count * sizeof *parts);
     (void)state;
@@ -108,7 +109,7 @@ static void test_odd(void **state)
 {
     enum { NODES = 50 };
     uint32_t begins[NODES + 1] = {0}, weights[NODES], parts[NODES];
-    tl_ctx *ctx = check_context(0);
+    tl_ctx *ctx = check_ctx_create(0);
     (void)state;
     for (int i = 0; i < NODES; i++) weights[i] = 3;
     tli_graph g = {.node_count = NODES, .begins = begins, .node_weights = weights};

@@ -1,6 +1,7 @@
 /* Segments: the same tets, vertices and values as the mesh in memory has, for every kind of input,
  * any number of threads and any memory; links, neighbours and opposites that hold. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "make_mesh.h"
 
@@ -155,7 +156,7 @@ static tl_segments *build_mesh(tl_ctx *ctx, const make_mesh *m, tl_segment_opts 
 static void test_meshes(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     tl_segment_opts opts = tl_segment_opts_defaults();
     opts.segment_tets = 500;
     make_mesh meshes[] = {make_grid(14), make_grid_cavity(10), make_grid(2), make_room(4, 1)};
@@ -177,7 +178,7 @@ static void test_meshes(void **state)
 static void test_soup(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     make_mesh m = make_soup(60, 3000, 5);
     tl_mesh *mesh = make_object(ctx, &m, slope);
     tl_lidx *opposite = NULL;
@@ -203,7 +204,7 @@ static void test_soup(void **state)
 static void test_file(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 40, "g.vtu"));
     tl_mesh *mesh = NULL;
     tl_read_report whole, windowed;
@@ -280,7 +281,7 @@ static void test_volumes(void **state)
     (void)state;
     /* of the second, a layer is more than the memory below has room for */
     const uint32_t sizes[2][3] = {{30, 21, 17}, {700, 400, 3}};
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     for (int i = 0; i < 8; i++) {
         const uint32_t *dims = sizes[i / 4];
         const char *path = i % 2 ? "v.vti" : "v.raw";
@@ -330,7 +331,7 @@ static void test_same_bytes(void **state)
     char *first = NULL;
     size_t first_bytes = 0;
     for (int i = 0; i < 4; i++) {
-        tl_ctx *ctx = check_context(i == 1 ? 3 : 1);
+        tl_ctx *ctx = check_ctx_create(i == 1 ? 3 : 1);
         if (i == 0) CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 40, "g.vtu"));
         tl_segment_opts opts = tl_segment_opts_defaults();
         opts.segment_tets = 3000;
@@ -369,7 +370,7 @@ static void test_same_bytes(void **state)
 static void test_balance(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 60, "g.vtu"));
     tl_segment_opts opts = tl_segment_opts_defaults();
     tl_segments *segments = NULL;

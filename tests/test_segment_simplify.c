@@ -1,6 +1,7 @@
 /* Simplification in parts: conforming results near those of the mesh as a whole, in little memory,
  * bounds that hold, the same bytes for any number of threads. */
 #include "check.h"
+#include "check_ctx.h"
 
 #include "make_mesh.h"
 
@@ -48,7 +49,7 @@ static double error_of(tl_ctx *ctx, const tl_mesh *a, const tl_mesh *b, double *
 static void test_ratio(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     mkdir("work", 0777);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 50, "in.vtu"));
     tl_simplify_opts opts = tl_simplify_opts_defaults();
@@ -95,7 +96,7 @@ static void test_same_bytes(void **state)
     size_t first_bytes = 0;
     mkdir("work", 0777);
     for (unsigned threads = 1; threads <= 3; threads += 2) {
-        tl_ctx *ctx = check_context(threads);
+        tl_ctx *ctx = check_ctx_create(threads);
         if (threads == 1) CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 50, "in.vtu"));
         tl_simplify_opts opts = tl_simplify_opts_defaults();
         opts.target_tets = 100000;
@@ -121,7 +122,7 @@ static void test_same_bytes(void **state)
 static void test_bound(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     mkdir("work", 0777);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 45, "in.vtu"));
     tl_simplify_opts opts = tl_simplify_opts_defaults();
@@ -149,7 +150,7 @@ static void test_bound(void **state)
 static void test_regions(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(2);
+    tl_ctx *ctx = check_ctx_create(2);
     mkdir("work", 0777);
     make_mesh m = make_grid(20);
     make_two_regions(&m);
@@ -181,7 +182,7 @@ static void test_regions(void **state)
 static void test_wrong_use(void **state)
 {
     (void)state;
-    tl_ctx *ctx = check_context(1);
+    tl_ctx *ctx = check_ctx_create(1);
     mkdir("work", 0777);
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 6, "in.vtu"));
     tl_simplify_opts opts = tl_simplify_opts_defaults();
