@@ -5,6 +5,8 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
 
 static inline double vec_dot(const double a[3], const double b[3])
 {
@@ -20,6 +22,19 @@ static inline double vec_length(const double a[3])
 static inline void vec_sub(const double a[3], const double b[3], double out[3])
 {
     for (int k = 0; k < 3; k++) out[k] = a[k] - b[k];
+}
+
+/* Of a place: -0 is at the place of 0. */
+static inline uint64_t vec_hash(const double x[3])
+{
+    uint64_t h = 0, bits;
+    for (int k = 0; k < 3; k++) {
+        double positive = x[k] + 0.0;
+        memcpy(&bits, &positive, sizeof bits);
+        h = (h ^ bits) * 0x9e3779b97f4a7c15u;
+        h ^= h >> 29;
+    }
+    return h;
 }
 
 static inline void vec_cross(const double a[3], const double b[3], double out[3])

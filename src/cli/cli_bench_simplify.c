@@ -77,9 +77,9 @@ static tl_simplify_opts options(const bench_state *state)
 }
 
 /* Runs, warm-up first; the last result is judged, all must have the same bytes. */
-static tl_status measure_mesh(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh,
-                              simplify_row *row)
+static tl_status measure_mesh(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, void *arg)
 {
+    simplify_row *row = arg;
     const tl_simplify_opts opts = options(state);
     size_t runs = (size_t)cli_get(state->session, CLI_RUNS)->count;
     size_t target = (size_t)(opts.ratio * (double)tl_mesh_tet_count(mesh));
@@ -109,17 +109,8 @@ static tl_status measure_mesh(bench_state *state, tl_ctx *ctx, const tl_mesh *me
 static int measure_threads(bench_state *state, const bench_data *data, unsigned threads,
                            simplify_row *row)
 {
-    tl_ctx *ctx = NULL;
-    tl_mesh *mesh = NULL;
     *row = (simplify_row){.by = "tetralod", .threads = threads};
-    tl_status st = cli_context_create(state->session, threads, &ctx);
-    if (st) return cli_fail(state->session, NULL, st);
-    st = tl_mesh_read(ctx, data->path, NULL, &mesh, NULL);
-    if (!st) st = measure_mesh(state, ctx, mesh, row);
-    int exit_status = st ? cli_fail(state->session, ctx, st) : CLI_DONE;
-    tl_mesh_destroy(mesh);
-    tl_ctx_destroy(ctx);
-    return exit_status;
+    return bench_on_mesh(state, data, threads, measure_mesh, row);
 }
 
 /* ---- the peer ---- */

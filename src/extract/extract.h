@@ -33,6 +33,9 @@ tl_status tli_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
 /* TL_ERR_ARG where values are too few, too many or not finite; and in rising order. */
 tl_status tli_slice_values_check(tl_ctx *ctx, const double *values, size_t value_count);
 void tli_slice_values_sort(const double *values, size_t value_count, double *sorted);
+/* TL_ERR_ARG for a channel that can't be carried along: one that is none on vertices. */
+tl_status tli_carried_check(tl_ctx *ctx, const tl_mesh *mesh, const size_t *channels,
+                            size_t channel_count);
 /* The normal at a weight between ends with these gradients; 0 where there is none. */
 void tli_slice_normal(const double a[3], const double b[3], double w, float normal[3]);
 

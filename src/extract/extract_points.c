@@ -455,12 +455,7 @@ static tl_status take_opts(tl_ctx *ctx, const tl_mesh *mesh, const tl_points_opt
     if (o->area == 0 && (!o->count || o->count >= TL_NONE))
         return tl_fail(ctx, TL_ERR_ARG, "%llu points, expected 1 to %u",
                        (unsigned long long)o->count, TL_NONE - 1);
-    for (size_t c = 0; c < o->channel_count; c++)
-        if (o->channels[c] >= mesh->channel_count ||
-            mesh->channels[o->channels[c]].on != TL_ON_VERTEX)
-            return tl_fail(ctx, TL_ERR_ARG, "channel %zu can't be carried: it is none on vertices",
-                           o->channels[c]);
-    return TL_OK;
+    return tli_carried_check(ctx, mesh, o->channels, o->channel_count);
 }
 
 /* The area of a point. */

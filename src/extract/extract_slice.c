@@ -321,15 +321,21 @@ void tli_slice_values_sort(const double *values, size_t value_count, double *sor
     qsort(sorted, value_count, sizeof *sorted, by_value);
 }
 
+tl_status tli_carried_check(tl_ctx *ctx, const tl_mesh *mesh, const size_t *channels,
+                            size_t channel_count)
+{
+    for (size_t c = 0; c < channel_count; c++)
+        if (channels[c] >= mesh->channel_count || mesh->channels[channels[c]].on != TL_ON_VERTEX)
+            return tl_fail(ctx, TL_ERR_ARG, "channel %zu can't be carried: it is none on vertices",
+                           channels[c]);
+    return TL_OK;
+}
+
 static tl_status take_opts(tl_ctx *ctx, const tl_mesh *mesh, const tl_slice_opts *o)
 {
     tl_status st = tli_slice_values_check(ctx, o->values, o->value_count);
+    if (!st) st = tli_carried_check(ctx, mesh, o->channels, o->channel_count);
     if (st) return st;
-    for (size_t c = 0; c < o->channel_count; c++)
-        if (o->channels[c] >= mesh->channel_count ||
-            mesh->channels[o->channels[c]].on != TL_ON_VERTEX)
-            return tl_fail(ctx, TL_ERR_ARG, "channel %zu can't be carried: it is none on vertices",
-                           o->channels[c]);
     if (o->ranges && o->ranges->tet_count != mesh->tet_count)
         return tl_fail(ctx, TL_ERR_ARG, "the range index is that of %zu tets, the mesh has %zu",
                        o->ranges->tet_count, mesh->tet_count);

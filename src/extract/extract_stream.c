@@ -43,12 +43,7 @@ static tl_status check_opts(tl_ctx *ctx, const tl_mesh *mesh, const tl_stream_op
     if (!(o->speed_min >= 0 && o->speed_min <= 1))
         return tl_fail(ctx, TL_ERR_ARG, "streamlines: the least speed is 0 to 1, not %g",
                        o->speed_min);
-    for (size_t c = 0; c < o->channel_count; c++)
-        if (o->channels[c] >= mesh->channel_count ||
-            mesh->channels[o->channels[c]].on != TL_ON_VERTEX)
-            return tl_fail(ctx, TL_ERR_ARG, "channel %zu can't be carried: it is none on vertices",
-                           o->channels[c]);
-    return TL_OK;
+    return tli_carried_check(ctx, mesh, o->channels, o->channel_count);
 }
 
 static void measure_bounds(const tl_mesh *mesh, double bounds[6])

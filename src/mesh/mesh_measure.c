@@ -58,24 +58,6 @@ static tl_status measure_topology(tl_ctx *ctx, const tl_mesh *mesh, tl_mesh_stat
 
 /* ---- vertices ---- */
 
-static uint64_t bits_of(double x)
-{
-    uint64_t bits;
-    x += 0.0; /* -0 is at the place of 0 */
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-static uint64_t place_hash(const double x[3])
-{
-    uint64_t h = 0;
-    for (int k = 0; k < 3; k++) {
-        h = (h ^ bits_of(x[k])) * 0x9e3779b97f4a7c15u;
-        h ^= h >> 29;
-    }
-    return h * 0xd6e8feb86659fd93u >> 16;
-}
-
 /* Vertices marked in used that stand where an earlier one does. */
 static tl_status count_duplicates(tl_ctx *ctx, const tl_mesh *mesh, const uint8_t *used,
                                   size_t used_count, size_t *duplicates)
@@ -89,7 +71,7 @@ static tl_status count_duplicates(tl_ctx *ctx, const tl_mesh *mesh, const uint8_
     for (size_t v = 0; v < mesh->vert_count; v++) {
         if (!used[v]) continue;
         const double *x = mesh->xyz + 3 * v;
-        size_t i = (size_t)place_hash(x) & (slot_count - 1);
+        size_t i = (size_t)(vec_hash(x) * 0xd6e8feb86659fd93u >> 16) & (slot_count - 1);
         for (; slots[i] != TL_NONE; i = (i + 1) & (slot_count - 1)) {
             const double *y = mesh->xyz + 3 * (size_t)slots[i];
             if (x[0] == y[0] && x[1] == y[1] && x[2] == y[2]) break;

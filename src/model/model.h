@@ -368,6 +368,9 @@ static inline unsigned tli_field_bin(const tli_field *field, double value)
 }
 
 /* ---- model_records.c: streams of records ---- */
+/* Fills the record of a vertex of a segment, or of a tet's centroid, all but its last number. */
+void tli_record_fill(const tli_plan *plan, const tl_segment *segment, int kind, size_t element,
+                     double *record);
 /* Records of one input that lie behind each other, and what is found of them. */
 typedef struct tli_record_window {
     uint32_t input;

@@ -13,11 +13,10 @@ typedef struct cell {
     uint32_t rank, local;
 } cell;
 
-/* An original; its values follow. */
+/* An original, as tli_record_fill has it. */
 typedef struct original {
     uint64_t corners;
-    double xyz[3], volume;
-    double values[];
+    double record[];
 } original;
 
 typedef struct joiner {
@@ -86,26 +85,6 @@ static tl_status deal_cells(joiner *j)
 
 /* ---- originals ---- */
 
-static void fill_original(const joiner *j, const tl_segment *s, size_t t, uint64_t corners,
-                          original *to)
-{
-    const tli_plan *plan = j->a->plan;
-    double p[4][3];
-    for (size_t c = 0; c < 4; c++)
-        memcpy(p[c], s->xyz + 3 * (size_t)s->tets[4 * t + c], sizeof p[c]);
-    const double volume = fabs(tl_tet_volume(TLI_CORNERS(p)));
-    to->corners = corners;
-    for (int k = 0; k < 3; k++) to->xyz[k] = (p[0][k] + p[1][k] + p[2][k] + p[3][k]) / 4;
-    to->volume = isfinite(volume) ? volume : 0;
-    for (size_t f = 0; f < plan->field_count; f++) {
-        const tli_field *field = &plan->fields[f];
-        if (field->on != TL_ON_TET) continue;
-        memcpy(to->values + field->first,
-               s->tet_values + t * plan->source_tet_comps + field->source_first,
-               field->components * sizeof *to->values);
-    }
-}
-
 static tl_status deal_originals(joiner *j)
 {
     tli_outbox out;
@@ -120,7 +99,9 @@ static tl_status deal_originals(joiner *j)
                 corners[c] = hash_corner(s.xyz + 3 * (size_t)s.tets[4 * t + c]);
             const uint64_t key = hash_corners(corners);
             original *to = tli_outbox_next(&out, tli_bin_of(key), &st);
-            if (to) fill_original(j, &s, t, key, to);
+            if (!to) break;
+            to->corners = key;
+            tli_record_fill(j->a->plan, &s, TLI_CELLS, t, to->record);
         }
         tl_segment_release(j->ctx, &s);
     }
@@ -132,8 +113,8 @@ static tl_status deal_originals(joiner *j)
 static tl_status other_mesh(const joiner *j, const original *from)
 {
     return tl_fail(j->ctx, TL_ERR_DATA,
-                   "the tet around %.9g %.9g %.9g is none of the model: another mesh", from->xyz[0],
-                   from->xyz[1], from->xyz[2]);
+                   "the tet around %.9g %.9g %.9g is none of the model: another mesh",
+                   from->record[0], from->record[1], from->record[2]);
 }
 
 /* Tets with the same corners, as in meshes that have one twice, are taken one after another. As
@@ -154,9 +135,7 @@ static tl_status join_bin(joiner *j, uint32_t bin, tli_outbox *out)
         tli_cell_match *to = tli_outbox_next(out, found->rank, &st);
         if (!to) break;
         to->local = found->local;
-        memcpy(to->record, from->xyz, sizeof from->xyz);
-        to->record[3] = from->volume;
-        memcpy(to->record + 4, from->values, j->a->plan->tet_comps * sizeof(double));
+        memcpy(to->record, from->record, j->original_bytes - sizeof *from);
     }
     tli_bin_release(j->ctx, &c);
     tli_bin_release(j->ctx, &o);
@@ -167,7 +146,7 @@ tl_status tli_adder_match_cells(tli_adder *a)
 {
     joiner j = {.a = a,
                 .ctx = a->ctx,
-                .original_bytes = sizeof(original) + a->plan->tet_comps * sizeof(double)};
+                .original_bytes = sizeof(original) + (4 + a->plan->tet_comps) * sizeof(double)};
     tl_status st = TL_OK;
     tli_outbox out;
     const char *folder = a->plan->opts.folder;

@@ -22,11 +22,10 @@ typedef struct vertex {
     uint8_t twin, shared;
 } vertex;
 
-/* An original; its values follow. */
+/* An original, as tli_record_fill has it: where it is, its values. */
 typedef struct original {
     uint64_t place, id;
-    double xyz[3];
-    double values[];
+    double record[];
 } original;
 
 typedef struct joiner {
@@ -111,7 +110,6 @@ static void round_place(const joiner *j, const double *xyz, int step, int64_t pl
 static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, tli_outbox *out)
 {
     tl_status st = TL_OK;
-    const tli_plan *plan = j->a->plan;
     uint64_t before[STEPS_MAX];
     for (size_t i = 0; !st && i < j->step_count; i++) {
         int64_t place[3];
@@ -124,14 +122,7 @@ static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, tli_out
         if (!to) break;
         to->place = before[i];
         to->id = s->vert_ids[v];
-        memcpy(to->xyz, s->xyz + 3 * v, sizeof to->xyz);
-        for (size_t f = 0; f < plan->field_count; f++) {
-            const tli_field *field = &plan->fields[f];
-            if (field->on != TL_ON_VERTEX) continue;
-            memcpy(to->values + field->first,
-                   s->values + v * plan->source_vert_comps + field->source_first,
-                   field->components * sizeof *to->values);
-        }
+        tli_record_fill(j->a->plan, s, TLI_POINTS, v, to->record);
     }
     return st;
 }
@@ -175,11 +166,11 @@ static tl_status check_twins(const joiner *j, const tli_sorted_bin *o, size_t fi
     for (size_t i = vert + 1; i < vert_end; i++)
         several |= !w->shared || vertex_at(v, i)->twin != w->twin;
     for (size_t i = first + 1; several && i < end; i++)
-        if (memcmp(original_at(j, o, i)->values, one->values, bytes) != 0)
+        if (memcmp(original_at(j, o, i)->record + 3, one->record + 3, bytes) != 0)
             return tl_fail(j->ctx, TL_ERR_UNSUPPORTED,
                            "vertices at one place, %g %g %g, have different values: to such a mesh "
                            "no channel can be added",
-                           one->xyz[0], one->xyz[1], one->xyz[2]);
+                           one->record[0], one->record[1], one->record[2]);
     return TL_OK;
 }
 
@@ -199,8 +190,8 @@ static tl_status join_place(joiner *j, const tli_sorted_bin *o, size_t first, si
             to->carries = !(*byte & bit);
             j->carried += to->carries;
             *byte |= bit;
-            memcpy(to->xyz, from->xyz, sizeof to->xyz);
-            memcpy(to->values, from->values, j->a->plan->vert_comps * sizeof(double));
+            memcpy(to->xyz, from->record, sizeof to->xyz);
+            memcpy(to->values, from->record + 3, j->a->plan->vert_comps * sizeof(double));
         }
     }
     return st;
@@ -289,7 +280,7 @@ tl_status tli_adder_match(tli_adder *a)
 {
     joiner j = {.a = a,
                 .ctx = a->ctx,
-                .original_bytes = sizeof(original) + a->plan->vert_comps * sizeof(double)};
+                .original_bytes = sizeof(original) + (3 + a->plan->vert_comps) * sizeof(double)};
     tl_status st = TL_OK;
     unsigned shift;
     const char *folder = a->plan->opts.folder;

@@ -4,6 +4,7 @@
  * cost what they weigh at each level. Both ways, from the original and to it, the distance is
  * bounded for whole triangles, not at samples. */
 #include "model/model_boundary.h"
+#include "base/base_vec.h"
 
 #include <string.h>
 
@@ -256,17 +257,6 @@ static tl_status gather_window(void *user, tli_record_window *window)
     return st;
 }
 
-static size_t hash_place(const double x[3])
-{
-    uint64_t h = 0, bits;
-    for (int k = 0; k < 3; k++) {
-        memcpy(&bits, x + k, sizeof bits);
-        h = (h ^ bits) * 0x9e3779b97f4a7c15u;
-        h ^= h >> 29;
-    }
-    return (size_t)(h ^ h >> 32);
-}
-
 /* Moves equal corners together: corners become vertices, triangles their numbers. */
 static tl_status weld_corners(gatherer *g, tl_lidx *triangles, size_t *vert_count)
 {
@@ -278,7 +268,8 @@ static tl_status weld_corners(gatherer *g, tl_lidx *triangles, size_t *vert_coun
     for (size_t i = 0; !st && i < corner_count; i++) {
         double x[3];
         memcpy(x, g->corners + 3 * i, sizeof x);
-        size_t at = hash_place(x) & (slots - 1);
+        uint64_t hash = vec_hash(x);
+        size_t at = (size_t)(hash ^ hash >> 32) & (slots - 1);
         while (table[at] != TL_NONE && memcmp(g->corners + 3 * (size_t)table[at], x, sizeof x) != 0)
             at = (at + 1) & (slots - 1);
         if (table[at] == TL_NONE) {

@@ -131,33 +131,6 @@ static tl_status match_faces(job *j)
 
 /* ---- originals ---- */
 
-/* The record of a vertex or of a tet's centroid; false for one without a place. */
-static bool fill_record(const job *j, int kind, size_t i, double *record)
-{
-    const tl_segment *s = &j->segment;
-    bool is_point = kind == TLI_POINTS;
-    double *to = record + 3;
-    if (is_point)
-        memcpy(record, s->xyz + 3 * i, 3 * sizeof *record);
-    else {
-        double p[4][3];
-        for (int c = 0; c < 4; c++)
-            memcpy(p[c], s->xyz + 3 * (size_t)s->tets[4 * i + (size_t)c], sizeof p[c]);
-        for (int k = 0; k < 3; k++) record[k] = (p[0][k] + p[1][k] + p[2][k] + p[3][k]) / 4;
-        double volume = fabs(tl_tet_volume(TLI_CORNERS(p)));
-        *to++ = isfinite(volume) ? volume : 0;
-    }
-    for (size_t f = 0; f < j->plan->field_count; f++) {
-        const tli_field *field = &j->plan->fields[f];
-        if (field->on != (is_point ? TL_ON_VERTEX : TL_ON_TET)) continue;
-        const double *row = is_point ? s->values + i * j->plan->source_vert_comps
-                                     : s->tet_values + i * j->plan->source_tet_comps;
-        memcpy(to, row + field->source_first, field->components * sizeof *to);
-        to += field->components;
-    }
-    return isfinite(record[0] + record[1] + record[2]);
-}
-
 /* A vertex that is found at the place of another one, as in a flat tet, is measured at itself in a
  * tet that has it: the other one may have any values. */
 static void leave_twin(const job *j, size_t vert, tl_lidx *tet, double w[4], double *distance)
@@ -200,7 +173,9 @@ static tl_status carry(job *j, int kind)
         double w[4], distance;
         tl_lidx tet = is_point ? j->tet_of[i] : (tl_lidx)i;
         if (is_point && (s->links[i] & TL_LINK_COPY)) continue;
-        if (tet == TL_NONE || !fill_record(j, kind, i, record)) continue;
+        if (tet == TL_NONE) continue;
+        tli_record_fill(j->plan, s, kind, i, record);
+        if (!isfinite(record[0] + record[1] + record[2])) continue;
         st = tli_carrier_locate(&carrier, record, tet, &tet, w, &distance);
         if (st) break;
         if (is_point) leave_twin(j, i, &tet, w, &distance);

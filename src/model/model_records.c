@@ -7,6 +7,33 @@
  * where there are several. */
 enum { WINDOW = 512, ROOM = 512, WINDOWS = 8 };
 
+/* ---- a record ---- */
+
+void tli_record_fill(const tli_plan *plan, const tl_segment *s, int kind, size_t element,
+                     double *record)
+{
+    const tl_on on = kind == TLI_POINTS ? TL_ON_VERTEX : TL_ON_TET;
+    const double *row = on == TL_ON_VERTEX ? s->values + element * plan->source_vert_comps
+                                           : s->tet_values + element * plan->source_tet_comps;
+    double *values = record + 3;
+    if (on == TL_ON_VERTEX)
+        memcpy(record, s->xyz + 3 * element, 3 * sizeof *record);
+    else {
+        double p[4][3];
+        for (size_t c = 0; c < 4; c++)
+            memcpy(p[c], s->xyz + 3 * (size_t)s->tets[4 * element + c], sizeof p[c]);
+        for (int k = 0; k < 3; k++) record[k] = (p[0][k] + p[1][k] + p[2][k] + p[3][k]) / 4;
+        double volume = fabs(tl_tet_volume(TLI_CORNERS(p)));
+        *values++ = isfinite(volume) ? volume : 0;
+    }
+    for (size_t f = 0; f < plan->field_count; f++) {
+        const tli_field *field = &plan->fields[f];
+        if (field->on == on)
+            memcpy(values + field->first, row + field->source_first,
+                   field->components * sizeof *values);
+    }
+}
+
 /* ---- reading ---- */
 
 /* Windows at hand, and where the next ones are. */

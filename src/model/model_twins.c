@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/base_sort.h"
+#include "base/base_vec.h"
 #include "model/model_finest.h"
 #include "model/model_mail.h"
 #include "model/model_turns.h"
@@ -19,18 +20,6 @@ typedef struct twin_look {
     uint32_t *verts;        /* by key */
     uint8_t *numbers;
 } twin_look;
-
-static uint64_t hash_place(const double x[3])
-{
-    uint64_t h = 0, bits;
-    for (int k = 0; k < 3; k++) {
-        double positive = x[k] + 0.0; /* no -0 */
-        memcpy(&bits, &positive, sizeof bits);
-        h = (h ^ bits) * 0x9e3779b97f4a7c15u;
-        h ^= h >> 29;
-    }
-    return h;
-}
 
 static bool same_place(const double a[3], const double b[3])
 {
@@ -64,7 +53,7 @@ static tl_status number(tl_ctx *ctx, twin_look *l, bool *any)
 {
     size_t n = l->segment.vert_count;
     for (size_t v = 0; v < n; v++) {
-        l->keys[v] = hash_place(l->xyz + 3 * v);
+        l->keys[v] = vec_hash(l->xyz + 3 * v);
         l->verts[v] = (uint32_t)v;
     }
     tl_status st = tli_sort_u64(ctx, l->keys, l->verts, n);
