@@ -3,7 +3,6 @@
 #include "check.h"
 
 #include "check_ctx.h"
-#include "draw/draw_ticks.h"
 #include "tetralod/draw.h"
 
 enum { SIDE = 300 };
@@ -13,10 +12,10 @@ static const double BOX[6] = {-1, 1, -2, 2, 0, 3};
 
 static void check_labels(double low, double high, size_t most, int exponent, const char *words)
 {
-    tli_tick ticks[TLI_TICKS_MAX];
+    tl_tick ticks[TL_TICKS_MAX];
     int found;
-    char text[TLI_TICKS_MAX * TLI_TICK_BYTES] = "";
-    size_t count = tli_ticks(low, high, most, ticks, &found);
+    char text[TL_TICKS_MAX * TL_TICK_BYTES] = "";
+    size_t count = tl_ticks(low, high, most, ticks, &found);
     for (size_t i = 0; i < count; i++) {
         strcat(text, i ? " " : "");
         strcat(text, ticks[i].label);
@@ -48,25 +47,25 @@ static void numbers_of_any_size(void **state)
     (void)state;
     check_labels(-1.7e308, 1.7e308, 4, 308, "−1 0 1");
     check_labels(0, 4e-300, 3, -300, "0 2 4");
-    tli_tick ticks[TLI_TICKS_MAX];
+    tl_tick ticks[TL_TICKS_MAX];
     int exponent;
     for (int e = -320; e <= 308; e += 4)
         for (size_t most = 2; most <= 40; most += 19) {
             const double high = 1.7 * pow(10, e);
-            size_t count = tli_ticks(-high / 3, high, most, ticks, &exponent);
+            size_t count = tl_ticks(-high / 3, high, most, ticks, &exponent);
             CHECK(count >= 1 && count <= most);
             for (size_t i = 1; i < count; i++) CHECK(ticks[i].value > ticks[i - 1].value);
         }
     /* neighbours among doubles */
-    CHECK(tli_ticks(1, nextafter(1, 2), 5, ticks, &exponent) >= 1);
+    CHECK(tl_ticks(1, nextafter(1, 2), 5, ticks, &exponent) >= 1);
 }
 
 static void powers_of_ten(void **state)
 {
     (void)state;
-    tli_tick ticks[TLI_TICKS_MAX];
+    tl_tick ticks[TL_TICKS_MAX];
     char text[1024] = "";
-    size_t count = tli_ticks_log(0.005, 2e6, 20, ticks);
+    size_t count = tl_ticks_log(0.005, 2e6, 20, ticks);
     for (size_t i = 0; i < count; i++)
         if (ticks[i].label[0]) {
             strcat(text, " ");
@@ -74,12 +73,12 @@ static void powers_of_ten(void **state)
             CHECK_NEAR(ticks[i].at, log10(ticks[i].value / 0.005) / log10(2e6 / 0.005), 1e-9);
         }
     assert_string_equal(text, " 0.01 0.1 1 10 100 1000 10000 10⁵ 10⁶");
-    count = tli_ticks_log(2, 9, 4, ticks);
+    count = tl_ticks_log(2, 9, 4, ticks);
     CHECK(count >= 2);
     CHECK_NEAR(ticks[0].at, log10(ticks[0].value / 2) / log10(4.5), 1e-9);
-    CHECK(tli_ticks_log(1e-300, 1e300, 5, ticks) <= 8);
-    CHECK_EQ(tli_ticks_log(7, 7, 5, ticks), 1);
-    tli_exponent_text(-12, text);
+    CHECK(tl_ticks_log(1e-300, 1e300, 5, ticks) <= 8);
+    CHECK_EQ(tl_ticks_log(7, 7, 5, ticks), 1);
+    tl_exponent_text(-12, text);
     assert_string_equal(text, "×10⁻¹²");
 }
 

@@ -231,6 +231,24 @@ TL_API void tl_renderer_remove(tl_ctx *ctx, tl_renderer *renderer, tl_item item)
 TL_API tl_status tl_renderer_draw(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
                                   tl_image *image);
 
+/* ---- numbers along an axis ---- */
+
+enum { TL_TICKS_MAX = 64, TL_TICK_BYTES = 32 };
+typedef struct tl_tick {
+    double value;
+    double at;                 /* 0 to 1 along the axis */
+    char label[TL_TICK_BYTES]; /* UTF-8; "": a small tick without number */
+} tl_tick;
+/* Round numbers along an axis from low to high, finite, low <= high; most: numbers that have room,
+ * at least 2. *exponent: the labels times 10^exponent are the values; 0 for numbers that read well
+ * as they are. One value gives one tick in the middle. Returns the number of ticks. Any thread. */
+TL_API size_t tl_ticks(double low, double high, size_t most, tl_tick ticks[TL_TICKS_MAX],
+                       int *exponent);
+/* Of a logarithmic axis, 0 < low <= high: labels are the values. */
+TL_API size_t tl_ticks_log(double low, double high, size_t most, tl_tick ticks[TL_TICKS_MAX]);
+/* "×10⁵"; "" for 0. */
+TL_API void tl_exponent_text(int exponent, char text[TL_TICK_BYTES]);
+
 /* ---- words and lines on a picture ---- */
 
 /* Colours and what they mean. */

@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-#include "draw/draw_ticks.h"
-
 /* In heights of text. */
 static const double EDGE = 1, BAR_WIDTH = 1.1, GAP = 0.45, TICK = 0.35, LINE_HEIGHT = 1.5;
 static const double TITLE_SCALE = 1.35, NOTE_SCALE = 0.85, NUMBER_SCALE = 0.9;
@@ -79,7 +77,7 @@ static void draw_frame(tli_canvas *canvas, const bar_place *p, double width_px)
     for (int i = 0; i < 4; i++) tli_canvas_line(canvas, corners[i], corners[i + 1], width_px, 1);
 }
 
-static void draw_numbers(tli_canvas *canvas, const tli_tick *ticks, size_t count,
+static void draw_numbers(tli_canvas *canvas, const tl_tick *ticks, size_t count,
                          const bar_place *place, double text_px)
 {
     for (size_t i = 0; i < count; i++) {
@@ -94,7 +92,7 @@ static void draw_numbers(tli_canvas *canvas, const tli_tick *ticks, size_t count
 }
 
 /* Width of the widest label. */
-static double number_width(tli_canvas *canvas, const tli_tick *ticks, size_t count)
+static double number_width(tli_canvas *canvas, const tl_tick *ticks, size_t count)
 {
     double widest = 0, size[2];
     for (size_t i = 0; i < count; i++) {
@@ -109,15 +107,15 @@ static double number_width(tli_canvas *canvas, const tli_tick *ticks, size_t cou
 static void draw_bar(tli_canvas *canvas, const tl_scalar_bar *bar, double top, double bottom,
                      uint32_t width, double text_px)
 {
-    tli_tick ticks[TLI_TICKS_MAX];
-    char factor[TLI_TICK_BYTES];
+    tl_tick ticks[TL_TICKS_MAX];
+    char factor[TL_TICK_BYTES];
     int exponent = 0;
     const double length = bottom - top, right = width - EDGE * text_px;
     const size_t most = (size_t)fmax(2, length / (NUMBER_ROOM * text_px));
     const size_t count = bar->logarithmic
-                             ? tli_ticks_log(bar->range[0], bar->range[1], most, ticks)
-                             : tli_ticks(bar->range[0], bar->range[1], most, ticks, &exponent);
-    tli_exponent_text(exponent, factor);
+                             ? tl_ticks_log(bar->range[0], bar->range[1], most, ticks)
+                             : tl_ticks(bar->range[0], bar->range[1], most, ticks, &exponent);
+    tl_exponent_text(exponent, factor);
     bar_place place = {.top = floor(top), .bottom = floor(bottom)};
     place.right = floor(right - number_width(canvas, ticks, count) - GAP * text_px);
     place.left = place.right - floor(BAR_WIDTH * text_px);

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "base/base_vec.h"
-#include "draw/draw_ticks.h"
 
 /* In heights of text. */
 static const double LINE_WIDTH = 0.07, TICK = 0.35, GAP = 0.35, NUMBER_SCALE = 0.85;
@@ -176,7 +175,7 @@ static bool away_from_box(const double *bounds, const tli_frame *frame, const ed
 
 /* Where words stand already: left, right, upper and lower edges. */
 typedef struct taken {
-    double boxes[3 * TLI_TICKS_MAX][4];
+    double boxes[3 * TL_TICKS_MAX][4];
     size_t count;
 } taken;
 
@@ -211,16 +210,16 @@ static double write_beside(tli_canvas *canvas, taken *room, const tli_words *wor
 static void draw_axis(tli_canvas *canvas, const double *bounds, const tli_frame *frame,
                       const edge *e, double text_px, taken *room)
 {
-    tli_tick ticks[TLI_TICKS_MAX];
+    tl_tick ticks[TL_TICKS_MAX];
     double out[2], xyz[3], from[2], to[2], px[2], reach = 0;
-    char title[2 * TLI_TICK_BYTES], factor[TLI_TICK_BYTES];
+    char title[2 * TL_TICK_BYTES], factor[TL_TICK_BYTES];
     int exponent;
     if (!away_from_box(bounds, frame, e, out)) return;
     project_edge(bounds, frame, e, from, to);
     const double length = hypot(to[0] - from[0], to[1] - from[1]) / text_px;
     const size_t most = (size_t)fmin(fmax(2, length / NUMBER_ROOM), NUMBERS_MOST);
     const size_t count =
-        tli_ticks(bounds[2 * e->axis], bounds[2 * e->axis + 1], most, ticks, &exponent);
+        tl_ticks(bounds[2 * e->axis], bounds[2 * e->axis + 1], most, ticks, &exponent);
     for (size_t i = 0; i < count; i++) {
         const tli_words words = {.text = ticks[i].label, .scale = NUMBER_SCALE};
         place_on(bounds, e, ticks[i].at, xyz);
@@ -229,7 +228,7 @@ static void draw_axis(tli_canvas *canvas, const double *bounds, const tli_frame 
         tli_canvas_line(canvas, px, end, LINE_WIDTH * text_px, OUTER);
         reach = fmax(reach, write_beside(canvas, room, &words, end, out, GAP * text_px));
     }
-    tli_exponent_text(exponent, factor);
+    tl_exponent_text(exponent, factor);
     snprintf(title, sizeof title, "%s%s%s", NAMES[e->axis], exponent ? " " : "", factor);
     const tli_words words = {.text = title, .scale = 1};
     place_on(bounds, e, 0.5, xyz);

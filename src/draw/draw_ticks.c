@@ -1,6 +1,6 @@
 /* Round numbers: steps of 1, 2 or 5 times a power of ten (Heckbert 1990, without moving the ends of
  * the axis). */
-#include "draw/draw_ticks.h"
+#include "tetralod/draw.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -49,30 +49,30 @@ static int exponent_of(double low, double high, double step)
     return reads_well ? 0 : most;
 }
 
-static size_t one_tick(double value, tli_tick *tick, int *exponent)
+static size_t one_tick(double value, tl_tick *tick, int *exponent)
 {
     const int most = magnitude(fabs(value));
     *exponent = most >= DIGITS_BEFORE || most < -DIGITS_BEHIND ? most : 0;
-    *tick = (tli_tick){.value = value, .at = 0.5};
+    *tick = (tl_tick){.value = value, .at = 0.5};
     snprintf(tick->label, sizeof tick->label, "%.6g", shift(value, *exponent));
     return 1;
 }
 
 /* Hyphens become minus signs. */
-static void write_label(double value, int exponent, int decimals, char label[TLI_TICK_BYTES])
+static void write_label(double value, int exponent, int decimals, char label[TL_TICK_BYTES])
 {
-    char plain[TLI_TICK_BYTES];
+    char plain[TL_TICK_BYTES];
     snprintf(plain, sizeof plain, "%.*f", decimals, shift(value, exponent));
-    snprintf(label, TLI_TICK_BYTES, "%s%s", plain[0] == '-' ? "−" : "", plain + (plain[0] == '-'));
+    snprintf(label, TL_TICK_BYTES, "%s%s", plain[0] == '-' ? "−" : "", plain + (plain[0] == '-'));
 }
 
-size_t tli_ticks(double low, double high, size_t most, tli_tick ticks[TLI_TICKS_MAX], int *exponent)
+size_t tl_ticks(double low, double high, size_t most, tl_tick ticks[TL_TICKS_MAX], int *exponent)
 {
     const double width = high / 2 - low / 2; /* half of it: the whole may overflow */
     size_t count = 0;
     *exponent = 0;
     if (!(width > 0)) return one_tick(low, ticks, exponent);
-    most = most < 2 ? 2 : most > TLI_TICKS_MAX ? TLI_TICKS_MAX : most;
+    most = most < 2 ? 2 : most > TL_TICKS_MAX ? TL_TICKS_MAX : most;
     double step = 0, first = 0, last = 0;
     for (double parts = (double)most; parts >= 1; parts--) {
         step = round_step(2 * (width / parts));
@@ -80,11 +80,11 @@ size_t tli_ticks(double low, double high, size_t most, tli_tick ticks[TLI_TICKS_
         last = floor(high / step + NEARLY_ZERO);
         if (last - first < (double)most) break;
     }
-    if (!(step > 0) || !(last - first < TLI_TICKS_MAX)) return one_tick(low, ticks, exponent);
+    if (!(step > 0) || !(last - first < TL_TICKS_MAX)) return one_tick(low, ticks, exponent);
     *exponent = exponent_of(low, high, step);
     const int decimals = decimals_of(step, *exponent);
-    for (double i = first; i <= last && count < TLI_TICKS_MAX; i++) {
-        tli_tick *tick = &ticks[count++];
+    for (double i = first; i <= last && count < TL_TICKS_MAX; i++) {
+        tl_tick *tick = &ticks[count++];
         tick->value = fmin(fmax(i * step, low), high);
         if (fabs(i) < 0.5) tick->value = 0;
         tick->at = (tick->value / 2 - low / 2) / width;
@@ -106,34 +106,34 @@ static void raise_digits(int number, char *text, size_t bytes)
         at += (size_t)snprintf(text + at, bytes - at, "%s", *c == '-' ? "⁻" : RAISED[*c - '0']);
 }
 
-void tli_exponent_text(int exponent, char text[TLI_TICK_BYTES])
+void tl_exponent_text(int exponent, char text[TL_TICK_BYTES])
 {
-    char raised[TLI_TICK_BYTES - 8] = "";
+    char raised[TL_TICK_BYTES - 8] = "";
     text[0] = '\0';
     if (!exponent) return;
     raise_digits(exponent, raised, sizeof raised);
-    snprintf(text, TLI_TICK_BYTES, "×10%s", raised);
+    snprintf(text, TL_TICK_BYTES, "×10%s", raised);
 }
 
-static void write_power(int exponent, char label[TLI_TICK_BYTES])
+static void write_power(int exponent, char label[TL_TICK_BYTES])
 {
-    char raised[TLI_TICK_BYTES - 8] = "";
+    char raised[TL_TICK_BYTES - 8] = "";
     if (exponent >= -3 && exponent <= 4) {
-        snprintf(label, TLI_TICK_BYTES, "%g", pow(10, exponent));
+        snprintf(label, TL_TICK_BYTES, "%g", pow(10, exponent));
         return;
     }
     raise_digits(exponent, raised, sizeof raised);
-    snprintf(label, TLI_TICK_BYTES, "10%s", raised);
+    snprintf(label, TL_TICK_BYTES, "10%s", raised);
 }
 
-size_t tli_ticks_log(double low, double high, size_t most, tli_tick ticks[TLI_TICKS_MAX])
+size_t tl_ticks_log(double low, double high, size_t most, tl_tick ticks[TL_TICKS_MAX])
 {
     const double from = log10(low), wide = log10(high) - from;
     size_t count = 0;
     int exponent;
     if (!(wide > 0) || high / low < DECADES_LEAST) {
         /* round numbers at their places */
-        count = tli_ticks(low, high, most, ticks, &exponent);
+        count = tl_ticks(low, high, most, ticks, &exponent);
         for (size_t i = 0; i < count && wide > 0; i++) {
             ticks[i].at = (log10(ticks[i].value) - from) / wide;
             snprintf(ticks[i].label, sizeof ticks[i].label, "%.4g", ticks[i].value);
@@ -142,13 +142,13 @@ size_t tli_ticks_log(double low, double high, size_t most, tli_tick ticks[TLI_TI
     }
     const int first = (int)floor(from), last = (int)floor(from + wide + NEARLY_ZERO);
     const int stride = 1 + (int)(wide / (double)(most < 2 ? 2 : most));
-    const bool small_ticks = (last - first + 1) * 9 <= TLI_TICKS_MAX && stride == 1;
+    const bool small_ticks = (last - first + 1) * 9 <= TL_TICKS_MAX && stride == 1;
     for (int e = first; e <= last; e++)
-        for (int digit = 1; digit <= (small_ticks ? 9 : 1) && count < TLI_TICKS_MAX; digit++) {
+        for (int digit = 1; digit <= (small_ticks ? 9 : 1) && count < TL_TICKS_MAX; digit++) {
             const double at = (e + log10(digit) - from) / wide;
             if (at < -NEARLY_ZERO || at > 1 + NEARLY_ZERO || (digit == 1 && e % stride)) continue;
-            tli_tick *tick = &ticks[count++];
-            *tick = (tli_tick){.value = digit * pow(10, e), .at = fmin(fmax(at, 0), 1)};
+            tl_tick *tick = &ticks[count++];
+            *tick = (tl_tick){.value = digit * pow(10, e), .at = fmin(fmax(at, 0), 1)};
             if (digit == 1) write_power(e, tick->label);
         }
     return count;
