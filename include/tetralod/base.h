@@ -118,6 +118,11 @@ TL_API size_t tl_ctx_current_bytes(const tl_ctx *ctx);
 TL_API size_t tl_ctx_peak_bytes(const tl_ctx *ctx);
 TL_API void tl_ctx_reset_peak(tl_ctx *ctx);
 
+/* Any thread may call it: true makes the call that runs on ctx now, and those that come, end with
+ * TL_ERR_CANCELLED at the next piece of work of the pool or report of progress, until false. What
+ * was to be released is. */
+TL_API void tl_ctx_cancel(tl_ctx *ctx, bool cancel);
+
 /* Starts a new message with one line that says which file, item and expectation; returns status.
  * Used by the place that fails. May be called from the pool's threads. */
 TL_API tl_status tl_fail(tl_ctx *ctx, tl_status status, const char *format, ...) TL_PRINTF(3, 4);

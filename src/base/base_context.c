@@ -264,9 +264,21 @@ bool tli_ctx_quiet(tl_ctx *ctx, bool quiet)
     return before;
 }
 
+void tl_ctx_cancel(tl_ctx *ctx, bool cancel)
+{
+    atomic_store(&ctx->root->is_cancelled, cancel);
+}
+
+bool tli_ctx_is_cancelled(const tl_ctx *ctx)
+{
+    return atomic_load_explicit(&ctx->root->is_cancelled, memory_order_relaxed);
+}
+
 tl_status tl_progress(tl_ctx *ctx, const char *stage, uint64_t done, uint64_t total)
 {
     tli_spill_relax(ctx, 0);
+    if (tli_ctx_is_cancelled(ctx))
+        return tl_fail(ctx, TL_ERR_CANCELLED, "cancelled during %s", stage);
     if (!ctx->opts.progress || ctx->opts.progress(ctx->opts.user, stage, done, total)) return TL_OK;
     return tl_fail(ctx, TL_ERR_CANCELLED, "cancelled during %s, at %llu of %llu", stage,
                    (unsigned long long)done, (unsigned long long)total);

@@ -37,7 +37,8 @@ struct tl_ctx {
     double spill_relaxed; /* when that was */
     _Atomic uint64_t spilled_bytes;
     unsigned thread_count;
-    tli_message messages[]; /* [thread_count], one a worker; [0] is the caller's */
+    atomic_bool is_cancelled; /* of the root alone */
+    tli_message messages[];   /* [thread_count], one a worker; [0] is the caller's */
 };
 
 /* A block in a working file; NULL with a message in ctx. */

@@ -3,10 +3,12 @@
  * worker that wakes up too late finds it closed and is not waited for. The only file that starts
  * threads. */
 #include "base/base_context.h"
+#include "base/base_lock.h"
 
 #include <signal.h>
 
 typedef struct job {
+    tl_ctx *ctx;
     tli_range_fn fn;
     void *arg;
     size_t item_count, grain, piece_count;
@@ -52,6 +54,7 @@ static void job_fail(tli_pool *pool, job *j, size_t piece, unsigned number, tl_s
 
 static tl_status piece_run(const job *j, size_t piece, unsigned number)
 {
+    if (tli_ctx_is_cancelled(j->ctx)) return tl_fail(j->ctx, TL_ERR_CANCELLED, "cancelled");
     size_t begin = piece * j->grain;
     size_t end = j->item_count - begin > j->grain ? begin + j->grain : j->item_count;
     return j->fn(j->arg, begin, end, number);
@@ -97,22 +100,25 @@ static void *worker_main(void *arg)
 /* ---- creation ---- */
 
 /* Signals stay with the caller's threads. */
-static tl_status start_workers(tli_pool *pool, unsigned count)
+static bool start_thread(pthread_t *thread, void *(*fn)(void *), void *arg)
 {
     sigset_t all, before;
     sigfillset(&all);
-    if (pthread_sigmask(SIG_SETMASK, &all, &before)) return TL_ERR_THREAD;
-    tl_status st = TL_OK;
-    while (!st && pool->worker_count < count) {
+    if (pthread_sigmask(SIG_SETMASK, &all, &before)) return false;
+    bool started = pthread_create(thread, NULL, fn, arg) == 0;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return started;
+}
+
+static tl_status start_workers(tli_pool *pool, unsigned count)
+{
+    while (pool->worker_count < count) {
         worker *w = &pool->workers[pool->worker_count];
         *w = (worker){.pool = pool, .number = pool->worker_count + 1};
-        if (pthread_create(&w->thread, NULL, worker_main, w))
-            st = TL_ERR_THREAD;
-        else
-            pool->worker_count++;
+        if (!start_thread(&w->thread, worker_main, w)) return TL_ERR_THREAD;
+        pool->worker_count++;
     }
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return st;
+    return TL_OK;
 }
 
 static size_t pool_bytes(unsigned thread_count)
@@ -197,10 +203,32 @@ tl_status tli_parallel(tl_ctx *ctx, size_t item_count, size_t grain, tli_range_f
 {
     TL_ASSERT(grain > 0);
     TL_ASSERT(tli_pool_self(ctx->pool) == 0 && !ctx->in_parallel); /* not to be nested */
-    job j = {.fn = fn, .arg = arg, .item_count = item_count, .grain = grain};
+    job j = {.ctx = ctx, .fn = fn, .arg = arg, .item_count = item_count, .grain = grain};
     j.piece_count = item_count / grain + (item_count % grain != 0);
     ctx->in_parallel = true;
     tl_status st = ctx->pool && j.piece_count > 1 ? run_shared(ctx->pool, &j) : run_alone(&j);
     ctx->in_parallel = false;
     return st;
+}
+
+/* ---- threads of their own ---- */
+
+static void *thread_main(void *arg)
+{
+    const tli_thread *thread = arg;
+    thread->fn(thread->arg);
+    return NULL;
+}
+
+tl_status tli_thread_start(tl_ctx *ctx, tli_thread_fn fn, void *arg, tli_thread *thread)
+{
+    *thread = (tli_thread){.fn = fn, .arg = arg};
+    thread->runs = start_thread(&thread->thread, thread_main, thread);
+    return thread->runs ? TL_OK : tl_fail(ctx, TL_ERR_THREAD, "the system gives no thread");
+}
+
+void tli_thread_join(tli_thread *thread)
+{
+    if (thread->runs) TL_ASSERT(pthread_join(thread->thread, NULL) == 0);
+    thread->runs = false;
 }
