@@ -161,6 +161,10 @@ TL_API const tl_store_head *tl_store_get_head(const tl_store *store);
 TL_API uint64_t tl_store_bytes_read(const tl_store *store);
 TL_API uint32_t tl_store_pages_read(const tl_store *store);
 
+/* Reads no faster than this from now on, whatever the number of threads, to see what a slow disk
+ * does; 0 (default): as fast as it goes. Any thread. */
+TL_API void tl_store_set_throttle(const tl_store *store, uint64_t bytes_s);
+
 /* segment < segment_count, patch < patch_count; TL_ERR_ARG. */
 TL_API tl_status tl_store_segment(tl_ctx *ctx, const tl_store *store, uint32_t segment,
                                   tl_segment_info *info);

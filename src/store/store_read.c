@@ -1,9 +1,46 @@
 /* Opens a .tlod file: one read of 64 KiB, which holds the head of most models. */
+#include <math.h>
+#include <time.h>
+
 #include "store/store_read.h"
+
+/* ---- reading ---- */
+
+/* Seconds that a slow reader sleeps before it looks whether it is asked to end. */
+static const double NAP_S = 0.02;
+
+void tl_store_set_throttle(const tl_store *store, uint64_t bytes_s)
+{
+    atomic_store(&store->kept->throttle_bytes_s, bytes_s);
+}
+
+/* Waits as long as a disk of that speed takes for byte_count, after what others asked for. */
+static tl_status sleep_as_disk(tl_ctx *ctx, tli_store_kept *kept, uint64_t bytes_s,
+                               size_t byte_count)
+{
+    const uint64_t takes = (uint64_t)((double)byte_count / (double)bytes_s * 1e9);
+    uint64_t now = (uint64_t)(tli_clock_s() * 1e9), end;
+    uint64_t free = atomic_load(&kept->throttle_free_ns);
+    do end = (free > now ? free : now) + takes;
+    while (!atomic_compare_exchange_weak(&kept->throttle_free_ns, &free, end));
+    while (now < end) {
+        if (tli_ctx_is_cancelled(ctx))
+            return tl_fail(ctx, TL_ERR_CANCELLED, "cancelled while reading");
+        const double left = fmin((double)(end - now) / 1e9, NAP_S);
+        nanosleep(&(struct timespec){.tv_nsec = (long)(left * 1e9)}, NULL);
+        now = (uint64_t)(tli_clock_s() * 1e9);
+    }
+    return TL_OK;
+}
 
 tl_status tli_store_read(tl_ctx *ctx, const tl_store *store, uint64_t ofs, void *bytes,
                          size_t byte_count)
 {
+    const uint64_t throttle = atomic_load(&store->kept->throttle_bytes_s);
+    if (throttle) {
+        tl_status st = sleep_as_disk(ctx, store->kept, throttle, byte_count);
+        if (st) return st;
+    }
     atomic_fetch_add_explicit(&store->kept->bytes_read, byte_count, memory_order_relaxed);
     return tli_pread_read(ctx, &store->reader, ofs, bytes, byte_count);
 }

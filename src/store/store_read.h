@@ -28,6 +28,8 @@ typedef struct tli_store_tables {
 typedef struct tli_store_kept {
     atomic_uint_least64_t bytes_read;
     atomic_uint_least32_t pages_read;
+    atomic_uint_least64_t throttle_bytes_s; /* 0: none */
+    atomic_uint_least64_t throttle_free_ns; /* when what was asked for so far has been read */
     _Atomic(tli_store_tables *) tables;
     _Atomic(tli_store_page *) pages[]; /* [page_count] */
 } tli_store_kept;
