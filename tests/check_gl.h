@@ -14,9 +14,10 @@
 enum { SIDE = 160 };
 /* Of what is drawn. */
 static const double CENTER[3] = {0.5, 0.5, 0.5};
-/* Of two pictures of one scene, decibels; of translucent lines, where a joint belongs to the
- * segment whose axis is nearer, on the processor to the one that is nearer to the camera. */
-static const double ALIKE = 35, ALIKE_JOINTS = 30;
+/* Of two pictures of one scene, decibels; of volumes alone by rays; of translucent lines, where a
+ * joint belongs to the segment whose axis is nearer, on the processor to the one that is nearer to
+ * the camera. */
+static const double ALIKE = 35, ALIKE_RAYS = 50, ALIKE_JOINTS = 30;
 
 /* What is drawn: NULL or 0 is left out. */
 typedef struct scene {
@@ -122,7 +123,7 @@ static inline void keep(tl_ctx *ctx, const char *what, int look, const tl_image 
 }
 
 /* The scene by both, from four cameras; prints the least agreement. */
-static inline void compare(tl_ctx *ctx, const char *what, const scene *s, double alike)
+static inline void compare_looks(tl_ctx *ctx, const char *what, const scene *s, double alike)
 {
     double least = 200;
     static const double bounds[6] = {0, 1, 0, 1, 0, 1};
@@ -143,6 +144,44 @@ static inline void compare(tl_ctx *ctx, const char *what, const scene *s, double
     }
     printf("%s: at least %.1f dB, %g expected\n", what, least, alike);
     CHECK(least >= alike);
+}
+
+/* Whether OpenGL draws this volume by rays: it is new enough. */
+static inline bool has_rays(tl_ctx *ctx, const scene *s)
+{
+    tl_volume_opts opts = tl_volume_opts_defaults();
+    opts.method = TL_VOLUME_RAYS;
+    tl_renderer *r = open_renderer(ctx, TL_RENDERER_GL);
+    tl_status st = tl_renderer_add_volume(ctx, r, s->volume, s->scalar, s->transfer, &opts, NULL);
+    if (st) {
+        CHECK_STATUS(st, TL_ERR_UNSUPPORTED);
+        CHECK(strstr(tl_ctx_message(ctx), "OpenGL 4.3"));
+        tl_ctx_clear(ctx);
+    }
+    tl_renderer_destroy(ctx, r);
+    return !st;
+}
+
+/* The same in each way that there is for volumes. */
+static inline void compare(tl_ctx *ctx, const char *what, const scene *s, double alike)
+{
+    static const char *const names[] = {"", "projected", "rays"};
+    if (!s->volume) {
+        compare_looks(ctx, what, s, alike);
+        return;
+    }
+    for (int method = TL_VOLUME_PROJECTED; method <= TL_VOLUME_RAYS; method++) {
+        char both[100];
+        scene own = *s;
+        tl_volume_opts opts = s->volume_opts ? *s->volume_opts : tl_volume_opts_defaults();
+        bool alone = !s->opaque && !s->translucent && !s->lines && !s->points && s->level == 0;
+        if (method == TL_VOLUME_RAYS && !has_rays(ctx, s)) continue;
+        opts.method = (tl_volume_method)method;
+        own.volume_opts = &opts;
+        snprintf(both, sizeof both, "%s, %s", what, names[method]);
+        compare_looks(ctx, both, &own,
+                      method == TL_VOLUME_RAYS && alone ? fmax(alike, ALIKE_RAYS) : alike);
+    }
 }
 
 static inline double hills(const double x[3])

@@ -286,6 +286,28 @@ static void other_contexts(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* Where rays can be, all that goes with them can, too: it is not only passed over. */
+static void programs_of_lists(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    tli_gl *gl = NULL;
+    tli_gl_painter painter = {0};
+    tli_gl_caster caster = {0};
+    CHECK_OK(ctx, tli_gl_open(ctx, TLI_GL_ANY, &gl));
+    CHECK_OK(ctx, tli_gl_begin(ctx, gl));
+    if (gl->modern) {
+        CHECK_OK(ctx, tli_gl_painter_open(ctx, gl, true, &painter));
+        CHECK_OK(ctx, tli_gl_caster_open(ctx, gl, &caster));
+    }
+    tli_gl_painter_close(&painter);
+    tli_gl_caster_close(gl, &caster);
+    CHECK_OK(ctx, tli_gl_end(ctx, gl, TL_OK));
+    tli_gl_close(ctx, gl);
+    check_ctx_destroy(ctx);
+}
+
 /* What a renderer has in memory is given back also when the viewer's context is gone. */
 static void renderers_outlive_their_context(void **state)
 {
@@ -323,6 +345,7 @@ int main(void)
         cmocka_unit_test(renderers_side_by_side),
 #if TETRALOD_WITH_GL
         cmocka_unit_test(other_contexts),
+        cmocka_unit_test(programs_of_lists),
         cmocka_unit_test(renderers_outlive_their_context),
 #endif
     };

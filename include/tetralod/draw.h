@@ -84,6 +84,16 @@ TL_API tl_status tl_volume_create(tl_ctx *ctx, const tl_mesh *mesh, const tl_lid
 /* NULL is allowed. */
 TL_API void tl_volume_destroy(tl_ctx *ctx, tl_volume *volume);
 
+/* How OpenGL draws a volume; the processor always follows rays. Both methods blend volume and
+ * translucent things in exact order. */
+typedef enum tl_volume_method {
+    TL_VOLUME_AUTOMATIC = 0, /* rays where they can be, else projected tets */
+    TL_VOLUME_PROJECTED = 1, /* tet by tet, by TL_ORDER: on any driver. The order is found by the
+                                processor whenever the camera moves; each translucent layer takes a
+                                pass */
+    TL_VOLUME_RAYS = 2 /* a ray a pixel, all on the card: OpenGL 4.3, and buffers that hold the
+                          mesh; else TL_ERR_UNSUPPORTED */
+} tl_volume_method;
 /* How renderers that draw tet by tet find out which lies behind which; rays always know. */
 typedef enum tl_volume_order {
     TL_ORDER_EXACT = 0,    /* by their faces and, across gaps, by a ray a pixel */
@@ -105,6 +115,7 @@ typedef struct tl_volume_opts {
                                 that only where values change is seen. 0 (default): opacity is that
                                 of the transfer function */
     tl_volume_order order;   /* default TL_ORDER_EXACT */
+    tl_volume_method method; /* default TL_VOLUME_AUTOMATIC */
 } tl_volume_opts;
 TL_API tl_volume_opts tl_volume_opts_defaults(void);
 

@@ -54,6 +54,7 @@ typedef enum cli_id {
     CLI_ANNOTATION,
     CLI_TITLE,
     CLI_RENDERER,
+    CLI_VOLUME_METHOD,
     CLI_PARALLEL,
     CLI_WRITE_CAMERA,
     CLI_FRAMES,

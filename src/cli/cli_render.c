@@ -40,6 +40,8 @@ static const cli_option THINGS[] = {
     {CLI_VOLUME, 0, "volume", CLI_TYPE_TEXT, "CHANNEL[:TF.json]", NULL, 0, 0,
      "a channel as a cloud, with a transfer function as ParaView writes it, or with opacities from "
      "its histogram"},
+    {CLI_VOLUME_METHOD, 0, "volume-method", CLI_TYPE_CHOICE, "auto|projected|rays", "auto", 0, 0,
+     "how OpenGL draws the volume: tet by tet, or by a ray a pixel, which it does where it can"},
     {CLI_LIT, 0, "lit", CLI_TYPE_FLAG, NULL, NULL, 0, 0, "light on the volume"},
     {CLI_GRADIENT_OPACITY, 0, "gradient-opacity", CLI_TYPE_AMOUNT, "G[%]", NULL, 0, 0,
      "the volume has its opacity where its gradient is G or more (the channel's unit, or powers of "

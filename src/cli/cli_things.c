@@ -76,6 +76,9 @@ static tl_status add_volume(cli_scene *scene)
     double *gradients = NULL;
     const cli_shade *shade = scene->volume_shade;
     tl_volume_opts opts = tl_volume_opts_defaults();
+    static const tl_volume_method METHODS[] = {TL_VOLUME_AUTOMATIC, TL_VOLUME_PROJECTED,
+                                               TL_VOLUME_RAYS};
+    opts.method = METHODS[cli_get(scene->session, CLI_VOLUME_METHOD)->choice];
     opts.lit = cli_get(scene->session, CLI_LIT)->given;
     const cli_value *fade = cli_get(scene->session, CLI_GRADIENT_OPACITY);
     tl_status st = tl_volume_create(ctx, scene->mesh, NULL, &volume);

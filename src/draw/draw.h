@@ -138,7 +138,10 @@ typedef struct tli_doors {
     tli_tiling tiling; /* of faces */
 } tli_doors;
 /* clear: rays come in where something is seen for the first time, not at tets with all values up to
- * clear[0] or from clear[1] on. */
+ * clear[0] or from clear[1] on. *faces [*face_count], a block of tl_mem_alloc; NULL: they are those
+ * of the volume. Of the vertices only the scalar is used. */
+tl_status tli_doors_list(tl_ctx *ctx, const tl_volume *volume, const tli_vert *verts,
+                         const float clear[2], tl_lidx **faces, size_t *face_count);
 tl_status tli_doors_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *frame,
                          const tli_vert *verts, const float clear[2], const tl_image *image,
                          tli_doors *doors);

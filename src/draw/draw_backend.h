@@ -45,6 +45,13 @@ static inline bool tli_volume_has_light(const tl_volume_opts *opts)
     return opts->lit || opts->gradient_opacity > 0;
 }
 
+/* The scalar of a volume's vertex in steps of its transfer function. */
+static inline float tli_volume_step(const tli_item *item, size_t vert)
+{
+    const tl_transfer *t = item->transfer;
+    return (float)((item->scalar[vert] - t->low) * t->per_value);
+}
+
 /* The vertices [vert_count] of a volume in a view: draw_place.c. */
 tl_status tli_volume_place(tl_ctx *ctx, const tli_item *item, const tli_frame *frame,
                            tli_vert *verts);

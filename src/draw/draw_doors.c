@@ -147,28 +147,30 @@ static tl_status list_pieces(void *arg, size_t begin, size_t end, unsigned worke
     return TL_OK;
 }
 
-/* The faces of what is seen. */
-static tl_status list_faces(tli_doors *doors, const float clear[2])
+tl_status tli_doors_list(tl_ctx *ctx, const tl_volume *volume, const tli_vert *verts,
+                         const float clear[2], tl_lidx **faces, size_t *face_count)
 {
     tl_status st = TL_OK;
-    const tl_volume *v = doors->volume;
-    size_t pieces = v->cell_count / GRAIN + 1, sum = 0;
-    listing s = {.volume = v, .verts = doors->verts, .clear = clear};
-    s.blank = tl_mem_alloc(doors->ctx, v->vert_count, sizeof *s.blank, &st);
-    s.starts = tl_mem_zalloc(doors->ctx, pieces, sizeof *s.starts, &st);
-    if (!st) st = tli_parallel(doors->ctx, v->vert_count, GRAIN, mark_verts, &s);
-    if (!st) st = tli_parallel(doors->ctx, v->cell_count, GRAIN, list_pieces, &s);
+    size_t pieces = volume->cell_count / GRAIN + 1, sum = 0;
+    listing s = {.volume = volume, .verts = verts, .clear = clear};
+    *faces = NULL;
+    *face_count = volume->door_count;
+    if (clear[0] < 0 && clear[1] > TLI_TRANSFER_STEPS) return TL_OK;
+    s.blank = tl_mem_alloc(ctx, volume->vert_count, sizeof *s.blank, &st);
+    s.starts = tl_mem_zalloc(ctx, pieces, sizeof *s.starts, &st);
+    if (!st) st = tli_parallel(ctx, volume->vert_count, GRAIN, mark_verts, &s);
+    if (!st) st = tli_parallel(ctx, volume->cell_count, GRAIN, list_pieces, &s);
     for (size_t i = 0; i < pieces && !st; i++) {
         size_t own = s.starts[i];
         s.starts[i] = sum;
         sum += own;
     }
-    doors->own = s.faces = tl_mem_alloc(doors->ctx, sum, sizeof *s.faces, &st);
-    if (!st) st = tli_parallel(doors->ctx, v->cell_count, GRAIN, list_pieces, &s);
-    doors->faces = doors->own;
-    doors->face_count = sum;
-    tl_mem_free(doors->ctx, s.starts);
-    tl_mem_free(doors->ctx, s.blank);
+    s.faces = tl_mem_alloc(ctx, sum, sizeof *s.faces, &st);
+    if (!st) st = tli_parallel(ctx, volume->cell_count, GRAIN, list_pieces, &s);
+    *faces = s.faces;
+    *face_count = sum;
+    tl_mem_free(ctx, s.starts);
+    tl_mem_free(ctx, s.blank);
     return st;
 }
 
@@ -182,10 +184,9 @@ tl_status tli_doors_open(tl_ctx *ctx, const tl_volume *volume, const tli_frame *
                          .frame = frame,
                          .verts = verts,
                          .width = image->width,
-                         .height = image->height,
-                         .faces = volume->doors,
-                         .face_count = volume->door_count};
-    if (clear[0] >= 0 || clear[1] <= TLI_TRANSFER_STEPS) st = list_faces(doors, clear);
+                         .height = image->height};
+    st = tli_doors_list(ctx, volume, verts, clear, &doors->own, &doors->face_count);
+    doors->faces = doors->own ? doors->own : volume->doors;
     if (!st)
         st = tli_tiling_open(ctx, image, doors->face_count, box_of_door, doors, &doors->tiling);
     if (st) tli_doors_close(doors);

@@ -1,6 +1,6 @@
 /* Stage draw, internal: OpenGL, for the files draw_gl*.c alone. What is used exists in OpenGL 3.3
  * core and OpenGL ES 3.0 alike: no vertex attributes but what shaders fetch from textures by
- * gl_VertexID, no buffers but indices. */
+ * gl_VertexID, no buffers but indices. Rays and lists need OpenGL 4.3. */
 #ifndef TETRALOD_SRC_DRAW_GL_H
 #define TETRALOD_SRC_DRAW_GL_H
 
@@ -21,8 +21,10 @@ typedef struct tli_gl {
     void *kept[4];           /* display, context and surfaces that were current before */
     GLint kept_target, kept_view[4];
     bool es, software;
+    bool modern;       /* has compute shaders and what else rays and lists need */
     char name[192];    /* "gl: " and GL_RENDERER */
     GLint side_max;    /* of textures */
+    size_t block_max;  /* bytes of a buffer that shaders see; where it is modern */
     GLuint nothing;    /* a vertex array without arrays */
     size_t bytes;      /* of textures and buffers */
     char message[256]; /* of the first error that the driver reported */
@@ -41,11 +43,14 @@ tl_status tli_gl_check(tl_ctx *ctx, tli_gl *gl);
 
 /* ---- programs ---- */
 
-/* Text of the shaders of a program, behind what all share. */
+/* Text of the shaders of a program, behind what all share: each in parts, of which the first that
+ * is NULL ends it. */
+enum { TLI_GL_VERTEX, TLI_GL_FRAGMENT, TLI_GL_COMPUTE, TLI_GL_STAGES };
+enum { TLI_GL_PARTS = 4 };
 typedef struct tli_gl_source {
-    const char *name;              /* for messages */
-    const char *vertex;            /* text */
-    const char *shared, *fragment; /* text of the fragment shader, in two parts */
+    const char *name; /* for messages */
+    bool modern;      /* for OpenGL 4.3 */
+    const char *text[TLI_GL_STAGES][TLI_GL_PARTS];
 } tli_gl_source;
 /* Compiles and links; TL_ERR_UNSUPPORTED with the first line of the log. */
 tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *source,
@@ -83,6 +88,19 @@ tl_status tli_gl_table_fill(tl_ctx *ctx, tli_gl *gl, tli_gl_table *table, GLenum
                             const void *items, size_t item_count);
 void tli_gl_table_free(tli_gl *gl, tli_gl_table *table);
 
+/* Bytes for shaders of OpenGL 4.3; {0} is empty. */
+typedef struct tli_gl_buffer {
+    GLuint name;
+    size_t bytes; /* of room */
+} tli_gl_buffer;
+/* Fills a buffer anew with items [item_count]; NULL: makes room for them, or leaves what is there.
+ * TL_ERR_UNSUPPORTED for more than shaders see. */
+tl_status tli_gl_buffer_fill(tl_ctx *ctx, tli_gl *gl, tli_gl_buffer *buffer, const void *items,
+                             size_t item_count, size_t item_bytes);
+void tli_gl_buffer_free(tli_gl *gl, tli_gl_buffer *buffer);
+/* Gives it to the block of a binding. */
+void tli_gl_buffer_bind(const tli_gl_buffer *buffer, GLuint binding);
+
 /* A picture inside of OpenGL, rows from below upwards: {0} is empty. */
 enum { TLI_GL_COLOR = 1, TLI_GL_DEPTH = 2 };
 typedef struct tli_gl_target {
@@ -106,41 +124,118 @@ void tli_gl_target_read(const tli_gl_target *target, GLuint part, uint32_t row, 
                         float *values);
 void tli_gl_target_free(tli_gl *gl, tli_gl_target *target);
 
+/* ---- volumes ---- */
+
+/* Integrals of the transfer function, and gradients: {0} is empty. */
+typedef struct tli_gl_fog {
+    tli_gl_table sums, bases;
+    tli_gl_table gradients; /* with light */
+} tli_gl_fog;
+tl_status tli_gl_fog_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_fog *fog);
+void tli_gl_fog_remove(tli_gl *gl, tli_gl_fog *fog);
+/* Gives all that pieces of a ray depend on to the program in use; units from first on are used. */
+enum { TLI_GL_FOG_UNITS = 3 };
+void tli_gl_fog_set(GLuint program, const tli_gl_view *view, const tli_item *item,
+                    const tli_gl_fog *fog, GLuint first);
+
+/* True if nothing has changed that places depend on; else notes what they depend on now. */
+typedef struct tli_gl_place {
+    tli_frame frame;
+    uint32_t width, height;
+} tli_gl_place;
+bool tli_gl_place_is(tli_gl_place *place, const tli_gl_view *view);
+
 /* ---- projected tetrahedra: draw_gl_tets.c ---- */
 
-/* What volumes share. */
+/* What volumes share: {0} is not open. */
 typedef struct tli_gl_projector {
     GLuint program;
     GLuint corners; /* indices of the faces of a batch of tets */
 } tli_gl_projector;
-tl_status tli_gl_projector_open(tl_ctx *ctx, tli_gl *gl, tli_gl_projector *projector);
 void tli_gl_projector_close(tli_gl *gl, tli_gl_projector *projector);
 
-/* A volume in OpenGL: {0} is empty. */
-typedef struct tli_gl_volume {
+/* The tets of a volume: {0} is empty. */
+typedef struct tli_gl_tets {
     tli_gl_table tets;         /* stay */
-    tli_gl_table sums, bases;  /* of the transfer function; stay */
-    tli_gl_table gradients;    /* with light; stay */
     tli_gl_table verts, order; /* of a view */
     size_t tet_count;          /* in order */
-} tli_gl_volume;
-tl_status tli_gl_volume_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_volume *added);
-void tli_gl_volume_remove(tli_gl *gl, tli_gl_volume *volume);
-
-/* Places the vertices and orders the tets of a volume for a view. */
-tl_status tli_gl_volume_place(tl_ctx *ctx, tli_gl *gl, const tli_gl_view *view,
-                              const tli_item *item, tli_gl_volume *volume);
+    tli_gl_place place;        /* that they were made for */
+} tli_gl_tets;
+void tli_gl_tets_remove(tli_gl *gl, tli_gl_tets *tets);
+/* Opens what is not open, places the vertices and orders the tets for a view. */
+tl_status tli_gl_tets_place(tl_ctx *ctx, tli_gl *gl, tli_gl_projector *projector,
+                            const tli_gl_view *view, const tli_item *item, tli_gl_tets *tets);
 /* Draws what lies between two depths, pixel by pixel, over what is in the target. */
-void tli_gl_volume_draw(const tli_gl_projector *projector, const tli_gl_view *view,
-                        const tli_item *item, const tli_gl_volume *volume,
-                        const tli_gl_target *target, GLuint near_depth, GLuint far_depth);
+void tli_gl_tets_draw(const tli_gl_projector *projector, const tli_gl_view *view,
+                      const tli_item *item, const tli_gl_fog *fog, const tli_gl_tets *tets,
+                      const tli_gl_target *target, GLuint near_depth, GLuint far_depth);
+
+/* ---- lists of what lies at each pixel: draw_gl_lists.c ---- */
+
+/* {0} is empty. */
+typedef struct tli_gl_lists {
+    tli_gl_buffer heads, nodes, colors; /* as list.glsl says; colors by node, where they are kept */
+    size_t node_max;
+} tli_gl_lists;
+enum { TLI_GL_LIST_HEADS = 0, TLI_GL_LIST_NODES = 1, TLI_GL_LIST_COLORS = 2 }; /* bindings */
+/* Empties the lists of pixels and binds them to be filled. TL_ERR_UNSUPPORTED for more than shaders
+ * see. */
+tl_status tli_gl_lists_begin(tl_ctx *ctx, tli_gl *gl, tli_gl_lists *lists, size_t pixel_count,
+                             bool colored);
+/* Puts them in order, by the program that sorter receives at the first call. */
+tl_status tli_gl_lists_sort(tl_ctx *ctx, tli_gl *gl, GLuint *sorter, const tli_gl_lists *lists,
+                            size_t pixel_count);
+/* Waits for the card, and makes more room where it was short: *again is true then, and all has to
+ * be done once more. given_up: what shaders counted there. */
+tl_status tli_gl_lists_end(tl_ctx *ctx, tli_gl *gl, tli_gl_lists *lists, bool *again,
+                           size_t *given_up);
+void tli_gl_lists_free(tli_gl *gl, tli_gl_lists *lists);
+
+/* ---- rays: draw_gl_rays.c ---- */
+
+/* What volumes share: {0} is not open. */
+typedef struct tli_gl_caster {
+    GLuint placer, doors, rays, sorter; /* programs */
+    tli_gl_lists entries, layers; /* where rays come in; what is translucent, with its colour */
+} tli_gl_caster;
+/* Opens what is not open. */
+tl_status tli_gl_caster_open(tl_ctx *ctx, const tli_gl *gl, tli_gl_caster *caster);
+void tli_gl_caster_close(tli_gl *gl, tli_gl_caster *caster);
+
+/* The mesh of a volume: {0} is empty. */
+typedef struct tli_gl_web {
+    tli_gl_buffer tets, behind, places, doors; /* stay */
+    tli_gl_buffer verts;                       /* places are of a view */
+    size_t vert_count, door_count;
+    tli_gl_place place; /* that they were made for */
+} tli_gl_web;
+tl_status tli_gl_web_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_web *web);
+void tli_gl_web_remove(tli_gl *gl, tli_gl_web *web);
+/* Places the vertices and lists where rays come in, nearer than limit. What is drawn goes to a
+ * picture of the view's size, which is not changed. */
+tl_status tli_gl_web_enter(tl_ctx *ctx, tli_gl *gl, tli_gl_caster *caster, const tli_gl_view *view,
+                           tli_gl_web *web, GLuint limit);
+/* What a ray goes through. */
+typedef struct tli_gl_scene {
+    const tli_item *item; /* the volume; NULL: none */
+    const tli_gl_fog *fog;
+    const tli_gl_web *web;
+    bool has_layers;
+    const tli_gl_target *back; /* what is behind, and where rays end */
+} tli_gl_scene;
+/* Puts all of it in front of the back, into the colour of the target. */
+void tli_gl_caster_follow(const tli_gl_caster *caster, const tli_gl_view *view,
+                          const tli_gl_scene *scene, const tli_gl_target *target);
 
 /* ---- surfaces, lines, points and slices: draw_gl_paint.c ---- */
 
+/* Programs by the kind of the thing; {0} is not open. */
 typedef struct tli_gl_painter {
-    GLuint programs[TLI_ITEM_SLICES + 1]; /* by the kind of the thing */
+    bool lists; /* fragments go into lists, not into the picture */
+    GLuint programs[TLI_ITEM_SLICES + 1];
 } tli_gl_painter;
-tl_status tli_gl_painter_open(tl_ctx *ctx, tli_gl *gl, tli_gl_painter *painter);
+/* Opens what is not open. */
+tl_status tli_gl_painter_open(tl_ctx *ctx, const tli_gl *gl, bool lists, tli_gl_painter *painter);
 void tli_gl_painter_close(tli_gl_painter *painter);
 
 /* A thing in OpenGL, its places relative to an anchor: {0} is empty. */
@@ -158,10 +253,10 @@ typedef struct tli_gl_thing {
 } tli_gl_thing;
 tl_status tli_gl_thing_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_thing *thing);
 void tli_gl_thing_remove(tl_ctx *ctx, tli_gl *gl, tli_gl_thing *thing);
-/* Draws what is nearer than limit, the translucent fragments or the others, into the target in use.
- */
+/* Draws what is nearer than limit, the translucent fragments or the others, into the target in use,
+ * or into lists; *tag is that of the first piece there, and receives that of the next. */
 void tli_gl_thing_draw(const tli_gl_painter *painter, const tli_gl_view *view, const tli_item *item,
-                       const tli_gl_thing *thing, bool translucent, GLuint limit);
+                       const tli_gl_thing *thing, bool translucent, GLuint limit, GLint *tag);
 
 /* ---- the back end: draw_gl_renderer.c ---- */
 

@@ -11,8 +11,10 @@
 /* Errors of others that are passed over; a lost context has no end of them. */
 enum { STALE_MAX = 16 };
 enum { DEVICES_MAX = 16, DISPLAYS_MAX = DEVICES_MAX + 2 };
-/* Version that is asked for, 10 * major + minor. */
-enum { GL_LEAST = 33, ES_LEAST = 30 };
+/* Versions that are asked for, 10 * major + minor: what all is drawn with, and the one of rays. */
+enum { GL_LEAST = 33, ES_LEAST = 30, MODERN = 43 };
+/* Blocks that shaders of rays have. */
+enum { VERTEX_BLOCKS = 3, FRAGMENT_BLOCKS = 3, COMPUTE_BLOCKS = 8 };
 
 /* ---- finding a context ---- */
 
@@ -47,17 +49,17 @@ static int list_displays(EGLDisplay displays[DISPLAYS_MAX])
     return count;
 }
 
-/* A context of one kind on a display, and makes it current. */
-static bool make_context(tli_gl *gl, EGLDisplay display, bool es)
+/* A context of a version on a display, and makes it current. */
+static bool make_context(tli_gl *gl, EGLDisplay display, bool es, int version)
 {
     const EGLint core[] = {EGL_CONTEXT_MAJOR_VERSION,
-                           GL_LEAST / 10,
+                           version / 10,
                            EGL_CONTEXT_MINOR_VERSION,
-                           GL_LEAST % 10,
+                           version % 10,
                            EGL_CONTEXT_OPENGL_PROFILE_MASK,
                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                            EGL_NONE};
-    const EGLint embedded[] = {EGL_CONTEXT_MAJOR_VERSION, ES_LEAST / 10, EGL_NONE};
+    const EGLint embedded[] = {EGL_CONTEXT_MAJOR_VERSION, version / 10, EGL_NONE};
     const EGLint wanted[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE,
                              es ? EGL_OPENGL_ES3_BIT : EGL_OPENGL_BIT, EGL_NONE};
     const char *words = eglQueryString(display, EGL_EXTENSIONS);
@@ -85,8 +87,9 @@ static tl_status find_context(tl_ctx *ctx, tli_gl *gl, tli_gl_kind kind)
     int count = list_displays(displays);
     for (int i = 0; i < count; i++) {
         if (displays[i] == EGL_NO_DISPLAY || !eglInitialize(displays[i], NULL, NULL)) continue;
-        if ((kind == TLI_GL_ANY && make_context(gl, displays[i], false)) ||
-            make_context(gl, displays[i], true))
+        if ((kind == TLI_GL_ANY && (make_context(gl, displays[i], false, MODERN) ||
+                                    make_context(gl, displays[i], false, GL_LEAST))) ||
+            make_context(gl, displays[i], true, ES_LEAST))
             return TL_OK;
     }
     return tl_fail(ctx, TL_ERR_UNSUPPORTED,
@@ -114,6 +117,21 @@ static bool is_software(const char *renderer)
     return false;
 }
 
+/* Rays take compute shaders, buffers in all kinds of shaders, and numbers of 64 bits. */
+static bool is_modern(tli_gl *gl)
+{
+    GLint blocks[3] = {0, 0, 0};
+    GLint64 bytes = 0;
+    if (gl->es || epoxy_gl_version() < MODERN) return false;
+    glGetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &blocks[0]);
+    glGetIntegerv(GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS, &blocks[1]);
+    glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &blocks[2]);
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
+    gl->block_max = bytes > 0 ? (size_t)bytes : 0;
+    return blocks[0] >= VERTEX_BLOCKS && blocks[1] >= FRAGMENT_BLOCKS &&
+           blocks[2] >= COMPUTE_BLOCKS;
+}
+
 static tl_status look_at_context(tl_ctx *ctx, tli_gl *gl)
 {
     gl->es = !epoxy_is_desktop_gl();
@@ -130,6 +148,7 @@ static tl_status look_at_context(tl_ctx *ctx, tli_gl *gl)
     snprintf(gl->name, sizeof gl->name, "gl: %s", renderer ? renderer : "of no name");
     gl->software = is_software(gl->name);
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &gl->side_max);
+    gl->modern = is_modern(gl);
     glGenVertexArrays(1, &gl->nothing);
     return TL_OK;
 }

@@ -17,29 +17,39 @@ enum { SLICE_CORNERS = 6, TRIANGLE_CORNERS = 3, MARK_CORNERS = 6 };
 /* Of a segment of a line: it is its first, its last one. */
 static const uint32_t BEGINS = UINT32_C(1) << 30, ENDS = UINT32_C(1) << 31;
 
-static const tli_gl_source SOURCES[] = {
-    [TLI_ITEM_SURFACE] = {"surfaces", tli_shader_surface_vert, tli_shader_shade,
-                          tli_shader_paint_frag},
-    [TLI_ITEM_LINES] = {"lines", tli_shader_lines_vert, tli_shader_shade, tli_shader_lines_frag},
-    [TLI_ITEM_POINTS] = {"points", tli_shader_points_vert, tli_shader_shade,
-                         tli_shader_points_frag},
-    [TLI_ITEM_SLICES] = {"slices", tli_shader_slices_vert, tli_shader_shade,
-                         tli_shader_paint_frag}};
-enum { SOURCE_COUNT = sizeof SOURCES / sizeof *SOURCES };
+/* Vertex and fragment shaders by the kind of the thing. */
+static const struct {
+    const char *name, *vertex, *fragment;
+} SHADERS[] = {[TLI_ITEM_SURFACE] = {"surfaces", tli_shader_surface_vert, tli_shader_paint_frag},
+               [TLI_ITEM_LINES] = {"lines", tli_shader_lines_vert, tli_shader_lines_frag},
+               [TLI_ITEM_POINTS] = {"points", tli_shader_points_vert, tli_shader_points_frag},
+               [TLI_ITEM_SLICES] = {"slices", tli_shader_slices_vert, tli_shader_paint_frag}};
+enum { SHADER_COUNT = sizeof SHADERS / sizeof *SHADERS };
 
-tl_status tli_gl_painter_open(tl_ctx *ctx, tli_gl *gl, tli_gl_painter *painter)
+tl_status tli_gl_painter_open(tl_ctx *ctx, const tli_gl *gl, bool lists, tli_gl_painter *painter)
 {
     tl_status st = TL_OK;
-    *painter = (tli_gl_painter){0};
-    for (size_t kind = 0; kind < SOURCE_COUNT && !st; kind++)
-        if (SOURCES[kind].name)
-            st = tli_gl_program(ctx, gl, &SOURCES[kind], &painter->programs[kind]);
+    painter->lists = lists;
+    for (size_t kind = 0; kind < SHADER_COUNT && !st; kind++) {
+        const tli_gl_source picture = {
+            SHADERS[kind].name,
+            false,
+            {{SHADERS[kind].vertex},
+             {tli_shader_shade, tli_shader_put_picture, SHADERS[kind].fragment}}};
+        const tli_gl_source list = {
+            SHADERS[kind].name,
+            true,
+            {{SHADERS[kind].vertex},
+             {tli_shader_list, tli_shader_shade, tli_shader_put_list, SHADERS[kind].fragment}}};
+        if (SHADERS[kind].name && !painter->programs[kind])
+            st = tli_gl_program(ctx, gl, lists ? &list : &picture, &painter->programs[kind]);
+    }
     return st;
 }
 
 void tli_gl_painter_close(tli_gl_painter *painter)
 {
-    for (size_t kind = 0; kind < SOURCE_COUNT; kind++) glDeleteProgram(painter->programs[kind]);
+    for (size_t kind = 0; kind < SHADER_COUNT; kind++) glDeleteProgram(painter->programs[kind]);
     *painter = (tli_gl_painter){0};
 }
 
@@ -269,8 +279,16 @@ static bool holds(const double range[2], double value)
     return range[0] <= value && value <= range[1];
 }
 
+/* Draws vertices, whose triangles have tags from *tag on. */
+static void draw_triangles(GLuint program, size_t first, size_t count, GLint *tag)
+{
+    tli_gl_set_int(program, "first_tag", *tag);
+    glDrawArrays(GL_TRIANGLES, (GLint)first, (GLsizei)count);
+    *tag += (GLint)(count / TRIANGLE_CORNERS);
+}
+
 /* One value: runs of blocks of tets that hold it. */
-static void draw_slice(GLuint program, const tli_gl_thing *thing, double value)
+static void draw_slice(GLuint program, const tli_gl_thing *thing, double value, GLint *tag)
 {
     const tl_range_index *r = thing->ranges;
     size_t blocks = (thing->count + TLI_RANGE_TETS - 1) / TLI_RANGE_TETS;
@@ -282,8 +300,7 @@ static void draw_slice(GLuint program, const tli_gl_thing *thing, double value)
         while (end < blocks && holds(r->ranges[end], value)) end++;
         size_t first = i * TLI_RANGE_TETS, last = end * TLI_RANGE_TETS;
         last = last < thing->count ? last : thing->count;
-        glDrawArrays(GL_TRIANGLES, (GLint)(first * SLICE_CORNERS),
-                     (GLsizei)((last - first) * SLICE_CORNERS));
+        draw_triangles(program, first * SLICE_CORNERS, (last - first) * SLICE_CORNERS, tag);
     }
 }
 
@@ -325,7 +342,7 @@ static void set_points(GLuint program, const tli_item *item, const tli_frame *fr
 }
 
 void tli_gl_thing_draw(const tli_gl_painter *painter, const tli_gl_view *view, const tli_item *item,
-                       const tli_gl_thing *thing, bool translucent, GLuint limit)
+                       const tli_gl_thing *thing, bool translucent, GLuint limit, GLint *tag)
 {
     GLuint program = painter->programs[item->kind];
     size_t corners = item->kind == TLI_ITEM_SURFACE ? TRIANGLE_CORNERS : MARK_CORNERS;
@@ -339,11 +356,11 @@ void tli_gl_thing_draw(const tli_gl_painter *painter, const tli_gl_view *view, c
     set_place(program, view->frame, thing->anchor);
     set_look(program, &item->look);
     tli_gl_set_int(program, "translucent", translucent);
+    tli_gl_set_int(program, "row_pixels", (GLint)view->width);
     tli_gl_set_int(program, "has_normals", item->polydata && item->polydata->normals);
     if (item->kind == TLI_ITEM_LINES) set_lines(program, item, view->frame);
     if (item->kind == TLI_ITEM_POINTS) set_points(program, item, view->frame);
-    if (item->kind != TLI_ITEM_SLICES)
-        glDrawArrays(GL_TRIANGLES, 0, (GLsizei)(thing->count * corners));
+    if (item->kind != TLI_ITEM_SLICES) draw_triangles(program, 0, thing->count * corners, tag);
     for (size_t i = 0; item->kind == TLI_ITEM_SLICES && i < item->value_count; i++)
-        draw_slice(program, thing, item->values[i]);
+        draw_slice(program, thing, item->values[i], tag);
 }

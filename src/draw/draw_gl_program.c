@@ -7,41 +7,57 @@
 enum { LOG_BYTES = 400 };
 
 static const char DESKTOP[] = "#version 330 core\n";
+static const char MODERN[] = "#version 430 core\n";
 static const char EMBEDDED[] = "#version 300 es\n"
                                "precision highp float;\n"
                                "precision highp int;\n"
                                "precision highp sampler2D;\n"
                                "precision highp usampler2D;\n";
 
-static tl_status compile(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *source, GLenum kind,
-                         GLuint *shader)
+static const GLenum STAGES[TLI_GL_STAGES] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER,
+                                             GL_COMPUTE_SHADER};
+
+/* The first line of a log that tells why name failed. */
+static tl_status refuse(tl_ctx *ctx, const tli_gl *gl, const char *verb, const char *name,
+                        char *log)
 {
-    bool is_vertex = kind == GL_VERTEX_SHADER;
-    const char *const parts[] = {gl->es ? EMBEDDED : DESKTOP, tli_shader_common,
-                                 is_vertex ? "" : source->shared,
-                                 is_vertex ? source->vertex : source->fragment};
-    GLint done = 0;
-    *shader = glCreateShader(kind);
-    glShaderSource(*shader, sizeof parts / sizeof *parts, parts, NULL);
-    glCompileShader(*shader);
-    glGetShaderiv(*shader, GL_COMPILE_STATUS, &done);
-    if (done) return TL_OK;
-    char log[LOG_BYTES] = "";
-    glGetShaderInfoLog(*shader, sizeof log, NULL, log);
     log[strcspn(log, "\n")] = 0;
-    return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s can't compile the %s shader of %s: %s", gl->name,
-                   is_vertex ? "vertex" : "fragment", source->name, log);
+    return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s can't %s the shaders of %s: %s", gl->name, verb,
+                   name, log);
+}
+
+static tl_status compile(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *source, int stage,
+                         GLuint program)
+{
+    const char *parts[2 + TLI_GL_PARTS] = {gl->es           ? EMBEDDED
+                                           : source->modern ? MODERN
+                                                            : DESKTOP,
+                                           tli_shader_common};
+    GLint done = 0, count = 2;
+    for (int i = 0; i < TLI_GL_PARTS && source->text[stage][i]; i++)
+        parts[count++] = source->text[stage][i];
+    GLuint shader = glCreateShader(STAGES[stage]);
+    glShaderSource(shader, count, parts, NULL);
+    glCompileShader(shader);
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &done);
+    char log[LOG_BYTES] = "";
+    if (done)
+        glAttachShader(program, shader);
+    else
+        glGetShaderInfoLog(shader, sizeof log, NULL, log);
+    glDeleteShader(shader); /* goes with its program */
+    return done ? TL_OK : refuse(ctx, gl, "compile", source->name, log);
 }
 
 tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *source,
                          GLuint *program)
 {
-    GLuint shaders[2] = {0, 0}, made = glCreateProgram();
+    tl_status st = TL_OK;
+    GLuint made = glCreateProgram();
     GLint done = 0;
     *program = 0;
-    tl_status st = compile(ctx, gl, source, GL_VERTEX_SHADER, &shaders[0]);
-    if (!st) st = compile(ctx, gl, source, GL_FRAGMENT_SHADER, &shaders[1]);
-    for (int i = 0; i < 2 && !st; i++) glAttachShader(made, shaders[i]);
+    for (int stage = 0; stage < TLI_GL_STAGES && !st; stage++)
+        if (source->text[stage][0]) st = compile(ctx, gl, source, stage, made);
     if (!st) {
         glLinkProgram(made);
         glGetProgramiv(made, GL_LINK_STATUS, &done);
@@ -49,12 +65,8 @@ tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *sou
     if (!st && !done) {
         char log[LOG_BYTES] = "";
         glGetProgramInfoLog(made, sizeof log, NULL, log);
-        log[strcspn(log, "\n")] = 0;
-        st = tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s can't link the shaders of %s: %s", gl->name,
-                     source->name, log);
+        st = refuse(ctx, gl, "link", source->name, log);
     }
-    for (int i = 0; i < 2; i++)
-        if (shaders[i]) glDeleteShader(shaders[i]);
     if (st)
         glDeleteProgram(made);
     else

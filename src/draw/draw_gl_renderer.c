@@ -1,7 +1,9 @@
 /* The back end on OpenGL: opaque things first, with their depth; then, from the far side to the
  * near one, the farthest translucent layer that is left at each pixel (depth peeling, Everitt 2001)
  * and before it what the volume has between that layer and the one drawn before it, so that volume
- * and surfaces are in exact order (Cignoni et al. 1997, V). Sums are kept in 32-bit floats. */
+ * and surfaces are in exact order (Cignoni et al. 1997, V). Where there is OpenGL 4.3, and the
+ * volume is drawn by rays, translucent pieces go into lists, and both are blended along each ray,
+ * in one pass. Sums are kept in 32-bit floats. */
 #include <math.h>
 #include <string.h>
 
@@ -21,29 +23,33 @@ static const double MARGIN = 1e-3;
 typedef struct gl_state {
     tli_gl *gl;
     tli_gl_projector projector;
-    tli_gl_painter painter;
-    GLuint cover;              /* program: a picture over another */
-    tli_gl_target before;      /* depth alone is used: of what the picture holds */
-    tli_gl_target opaque, sum; /* opaque things; all */
-    tli_gl_target layers[2];   /* in turns the farthest layer that is left, and the last one */
+    tli_gl_caster caster;
+    tli_gl_painter painter, lister; /* into pictures, into lists */
+    GLuint cover;                   /* program: a picture over another */
+    tli_gl_target before;           /* depth alone is used: of what the picture holds */
+    tli_gl_target opaque, sum;      /* opaque things; all */
+    tli_gl_target layers[2];        /* in turns the farthest layer that is left, and the last one */
 } gl_state;
 
 /* A thing in OpenGL. */
 typedef struct gl_item {
-    tli_gl_volume volume;
     tli_gl_thing thing;
+    /* of a volume */
+    tli_gl_fog fog;
+    tli_gl_web web;   /* for rays; empty: it is projected */
+    tli_gl_tets tets; /* for projection, from the first picture on that needs them */
 } gl_item;
 
 /* ---- opening ---- */
 
 static tl_status open_programs(tl_ctx *ctx, gl_state *s)
 {
-    const tli_gl_source layers = {"layers", tli_shader_screen_vert, "", tli_shader_layer_frag};
+    static const tli_gl_source LAYERS = {
+        "layers", false, {{tli_shader_screen_vert}, {tli_shader_layer_frag}}};
     tl_status st = tli_gl_begin(ctx, s->gl);
     if (st) return st;
-    st = tli_gl_projector_open(ctx, s->gl, &s->projector);
-    if (!st) st = tli_gl_painter_open(ctx, s->gl, &s->painter);
-    if (!st) st = tli_gl_program(ctx, s->gl, &layers, &s->cover);
+    st = tli_gl_painter_open(ctx, s->gl, false, &s->painter);
+    if (!st) st = tli_gl_program(ctx, s->gl, &LAYERS, &s->cover);
     return tli_gl_end(ctx, s->gl, st);
 }
 
@@ -52,7 +58,9 @@ static void gl_close(tl_ctx *ctx, void *state)
     gl_state *s = state;
     if (s->gl && !tli_gl_begin(ctx, s->gl)) {
         tli_gl_projector_close(s->gl, &s->projector);
+        tli_gl_caster_close(s->gl, &s->caster);
         tli_gl_painter_close(&s->painter);
+        tli_gl_painter_close(&s->lister);
         glDeleteProgram(s->cover);
         tli_gl_target_free(s->gl, &s->before);
         tli_gl_target_free(s->gl, &s->opaque);
@@ -106,6 +114,26 @@ static size_t gl_card_bytes(const void *state)
 
 /* ---- things ---- */
 
+/* By rays where that is asked for or, automatically, where it can be. */
+static tl_status add_volume(tl_ctx *ctx, gl_state *s, const tli_item *item, gl_item *own)
+{
+    tl_volume_method method = item->volume_opts.method;
+    tl_status st = tli_gl_fog_add(ctx, s->gl, item, &own->fog);
+    if (!st && method != TL_VOLUME_PROJECTED) {
+        st = tli_gl_web_add(ctx, s->gl, item, &own->web);
+        if (!st) st = tli_gl_caster_open(ctx, s->gl, &s->caster);
+        if (st == TL_ERR_UNSUPPORTED && method == TL_VOLUME_AUTOMATIC) {
+            tl_log(ctx, TL_LOG_DEBUG, "%s", tl_ctx_message(ctx));
+            tl_ctx_clear(ctx);
+            tli_gl_web_remove(s->gl, &own->web);
+            st = TL_OK;
+        }
+    }
+    if (st) tli_gl_web_remove(s->gl, &own->web);
+    if (st) tli_gl_fog_remove(s->gl, &own->fog);
+    return st;
+}
+
 static tl_status gl_add(tl_ctx *ctx, void *state, tli_item *item)
 {
     gl_state *s = state;
@@ -114,7 +142,7 @@ static tl_status gl_add(tl_ctx *ctx, void *state, tli_item *item)
     if (!st) st = tli_gl_begin(ctx, s->gl);
     if (!st) {
         if (item->kind == TLI_ITEM_VOLUME)
-            st = tli_gl_volume_add(ctx, s->gl, item, &own->volume);
+            st = add_volume(ctx, s, item, own);
         else
             st = tli_gl_thing_add(ctx, s->gl, item, &own->thing);
         st = tli_gl_end(ctx, s->gl, st);
@@ -139,7 +167,9 @@ static void gl_remove(tl_ctx *ctx, void *state, tli_item *item)
     gl_state *s = state;
     gl_item *own = item->own;
     if (!tli_gl_begin(ctx, s->gl)) {
-        tli_gl_volume_remove(s->gl, &own->volume);
+        tli_gl_fog_remove(s->gl, &own->fog);
+        tli_gl_web_remove(s->gl, &own->web);
+        tli_gl_tets_remove(s->gl, &own->tets);
         tli_gl_thing_remove(ctx, s->gl, &own->thing);
         tli_gl_end(ctx, s->gl, TL_OK);
     } else /* what lies in a card that is out of reach goes with its context */
@@ -228,17 +258,24 @@ static tl_status send_depth(tl_ctx *ctx, gl_state *s, const tl_image *image, dou
     return st;
 }
 
+static void paint_things(const tli_gl_painter *painter, const tli_gl_view *view,
+                         tli_item *const *items, size_t item_count, bool translucent, GLuint limit)
+{
+    GLint tag = 0;
+    glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE);
+    for (size_t i = 0; i < item_count; i++)
+        if (is_painted(items[i], translucent))
+            tli_gl_thing_draw(painter, view, items[i], &((const gl_item *)items[i]->own)->thing,
+                              translucent, limit, &tag);
+}
+
 static void paint(const gl_state *s, const tli_gl_view *view, tli_item *const *items,
                   size_t item_count, bool translucent, GLuint limit)
 {
-    glDisable(GL_BLEND);
-    glDisable(GL_CULL_FACE);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(translucent ? GL_GREATER : GL_LEQUAL);
-    for (size_t i = 0; i < item_count; i++)
-        if (is_painted(items[i], translucent))
-            tli_gl_thing_draw(&s->painter, view, items[i], &((const gl_item *)items[i]->own)->thing,
-                              translucent, limit);
+    paint_things(&s->painter, view, items, item_count, translucent, limit);
     glDisable(GL_DEPTH_TEST);
 }
 
@@ -286,16 +323,29 @@ static void cover(const gl_state *s, GLuint picture)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+static const tli_item *volume_of(tli_item *const *items, size_t item_count)
+{
+    for (size_t i = 0; i < item_count; i++)
+        if (items[i]->kind == TLI_ITEM_VOLUME) return items[i];
+    return NULL;
+}
+
+static bool has_layers(tli_item *const *items, size_t item_count)
+{
+    bool found = false;
+    for (size_t i = 0; i < item_count && !found; i++) found = is_painted(items[i], true);
+    return found;
+}
+
 /* What is translucent, far layers first, with the volume in between. */
 static void draw_layers(const gl_state *s, const tli_gl_view *view, tli_item *const *items,
                         size_t item_count)
 {
     static const float nothing[4] = {0};
-    const tli_item *volume = NULL;
+    const tli_item *volume = volume_of(items, item_count);
+    const gl_item *own = volume ? volume->own : NULL;
     GLuint limit = s->opaque.depth;
     bool more = true;
-    for (size_t i = 0; i < item_count; i++)
-        if (items[i]->kind == TLI_ITEM_VOLUME) volume = items[i];
     tli_gl_target_use(&s->sum);
     glClearBufferfv(GL_COLOR, 0, nothing);
     cover(s, s->opaque.color);
@@ -303,11 +353,68 @@ static void draw_layers(const gl_state *s, const tli_gl_view *view, tli_item *co
         const tli_gl_target *layer = &s->layers[i & 1];
         more = draw_layer(s, view, items, item_count, layer, limit);
         if (volume)
-            tli_gl_volume_draw(&s->projector, view, volume, &((const gl_item *)volume->own)->volume,
-                               &s->sum, layer->depth, limit);
+            tli_gl_tets_draw(&s->projector, view, volume, &own->fog, &own->tets, &s->sum,
+                             layer->depth, limit);
         if (more) cover(s, layer->color);
         limit = layer->depth;
     }
+}
+
+/* The same by lists of what is translucent, and a ray a pixel through both. *again: there was too
+ * little room for them, and now there is more. */
+static tl_status draw_rays(tl_ctx *ctx, gl_state *s, const tli_gl_view *view,
+                           tli_item *const *items, size_t item_count, bool *again)
+{
+    tl_status st = TL_OK;
+    size_t pixel_count = (size_t)view->width * view->height, given_up = 0, none;
+    const tli_item *volume = volume_of(items, item_count);
+    gl_item *own = volume ? volume->own : NULL;
+    tli_gl_caster *c = &s->caster;
+    tli_gl_scene scene = {.item = volume,
+                          .fog = own ? &own->fog : NULL,
+                          .web = own ? &own->web : NULL,
+                          .has_layers = has_layers(items, item_count),
+                          .back = &s->opaque};
+    *again = false;
+    tli_gl_target_use(&s->sum);
+    if (scene.has_layers) {
+        st = tli_gl_painter_open(ctx, s->gl, true, &s->lister);
+        if (!st) st = tli_gl_lists_begin(ctx, s->gl, &c->layers, pixel_count, true);
+        if (!st) paint_things(&s->lister, view, items, item_count, true, s->opaque.depth);
+        if (!st) st = tli_gl_lists_sort(ctx, s->gl, &c->sorter, &c->layers, pixel_count);
+    }
+    if (!st && own) st = tli_gl_web_enter(ctx, s->gl, c, view, &own->web, s->opaque.depth);
+    if (st) return st;
+    tli_gl_caster_follow(c, view, &scene, &s->sum);
+    if (scene.has_layers) st = tli_gl_lists_end(ctx, s->gl, &c->layers, again, &none);
+    if (!st && own) st = tli_gl_lists_end(ctx, s->gl, &c->entries, again, &given_up);
+    if (given_up && !*again)
+        tl_log(ctx, TL_LOG_WARNING, "%s: %zu rays of %zu went in circles and were given up",
+               s->gl->name, given_up, pixel_count);
+    return st;
+}
+
+/* Translucent things and the volume, in front of what is opaque. */
+static tl_status draw_rest(tl_ctx *ctx, gl_state *s, const tli_gl_view *view,
+                           tli_item *const *items, size_t item_count)
+{
+    tl_status st = TL_OK;
+    const tli_item *volume = volume_of(items, item_count);
+    gl_item *own = volume ? volume->own : NULL;
+    bool by_rays = s->gl->modern && (own ? own->web.vert_count > 0 : has_layers(items, item_count));
+    bool must = own && volume->volume_opts.method == TL_VOLUME_RAYS;
+    if (by_rays) {
+        bool again = true;
+        if (!own) st = tli_gl_caster_open(ctx, s->gl, &s->caster);
+        while (again && !st) st = draw_rays(ctx, s, view, items, item_count, &again);
+        if (st != TL_ERR_UNSUPPORTED || must) return st;
+        tl_log(ctx, TL_LOG_DEBUG, "%s", tl_ctx_message(ctx));
+        tl_ctx_clear(ctx);
+    }
+    st = TL_OK;
+    if (own) st = tli_gl_tets_place(ctx, s->gl, &s->projector, view, volume, &own->tets);
+    if (!st) draw_layers(s, view, items, item_count);
+    return st;
 }
 
 /* Puts rows [count] from row first below upwards, as they were read, into the picture. */
@@ -348,15 +455,11 @@ static tl_status draw_all(tl_ctx *ctx, gl_state *s, tli_item *const *items, size
 {
     tl_status st = set_targets(ctx, s, image);
     if (!st) st = send_depth(ctx, s, image, view->frame->unit);
-    for (size_t i = 0; i < item_count && !st; i++)
-        if (items[i]->kind == TLI_ITEM_VOLUME)
-            st = tli_gl_volume_place(ctx, s->gl, view, items[i],
-                                     &((gl_item *)items[i]->own)->volume);
     if (st) return st;
     set_depths(view, items, item_count);
     draw_opaque(s, view, items, item_count);
-    draw_layers(s, view, items, item_count);
-    st = tli_gl_check(ctx, s->gl);
+    st = draw_rest(ctx, s, view, items, item_count);
+    if (!st) st = tli_gl_check(ctx, s->gl);
     return st ? st : fetch(ctx, s, view->frame->unit, image);
 }
 

@@ -62,6 +62,39 @@ void tli_gl_table_free(tli_gl *gl, tli_gl_table *table)
     *table = (tli_gl_table){0};
 }
 
+/* ---- buffers ---- */
+
+tl_status tli_gl_buffer_fill(tl_ctx *ctx, tli_gl *gl, tli_gl_buffer *buffer, const void *items,
+                             size_t item_count, size_t item_bytes)
+{
+    size_t bytes = item_count > 0 ? item_count * item_bytes : item_bytes;
+    if (item_count > gl->block_max / item_bytes)
+        return tl_fail(ctx, TL_ERR_UNSUPPORTED,
+                       "%s: a buffer of %zu items of %zu bytes, shaders see %zu bytes of one",
+                       gl->name, item_count, item_bytes, gl->block_max);
+    if (!buffer->name) glGenBuffers(1, &buffer->name);
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer->name);
+    if (bytes > buffer->bytes) {
+        glBufferData(GL_SHADER_STORAGE_BUFFER, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_DRAW);
+        gl->bytes += bytes - buffer->bytes;
+        buffer->bytes = bytes;
+    }
+    if (items && item_count) glBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, (GLsizeiptr)bytes, items);
+    return TL_OK;
+}
+
+void tli_gl_buffer_free(tli_gl *gl, tli_gl_buffer *buffer)
+{
+    glDeleteBuffers(1, &buffer->name);
+    gl->bytes -= buffer->bytes;
+    *buffer = (tli_gl_buffer){0};
+}
+
+void tli_gl_buffer_bind(const tli_gl_buffer *buffer, GLuint binding)
+{
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer->name);
+}
+
 /* ---- pictures ---- */
 
 static GLuint make_sheet(GLenum format, uint32_t width, uint32_t height)

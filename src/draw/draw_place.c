@@ -21,12 +21,11 @@ static tl_status place_verts(void *arg, size_t begin, size_t end, unsigned worke
 {
     (void)worker;
     const placing *p = arg;
-    const tl_transfer *t = p->item->transfer;
     for (size_t v = begin; v < end; v++) {
         double at[3];
         tli_frame_place(p->frame, p->item->volume->mesh->xyz + 3 * v, at);
-        p->verts[v] = (tli_vert){(float)at[0], (float)at[1], (float)at[2],
-                                 (float)((p->item->scalar[v] - t->low) * t->per_value)};
+        p->verts[v] =
+            (tli_vert){(float)at[0], (float)at[1], (float)at[2], tli_volume_step(p->item, v)};
     }
     return TL_OK;
 }

@@ -100,6 +100,9 @@ tl_status tli_volume_opts_take(tl_ctx *ctx, const tl_volume_opts *given, tl_volu
     if (opts->order != TL_ORDER_EXACT && opts->order != TL_ORDER_CENTROIDS)
         return tl_fail(ctx, TL_ERR_ARG, "order %d of a volume, expected one of tl_volume_order",
                        (int)opts->order);
+    if (opts->method < TL_VOLUME_AUTOMATIC || opts->method > TL_VOLUME_RAYS)
+        return tl_fail(ctx, TL_ERR_ARG, "method %d of a volume, expected one of tl_volume_method",
+                       (int)opts->method);
     if (!(opts->gradient_opacity >= 0) || !isfinite(opts->gradient_opacity))
         return tl_fail(ctx, TL_ERR_ARG, "a gradient opacity of %g, expected 0 or more",
                        opts->gradient_opacity);

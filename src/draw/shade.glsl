@@ -1,4 +1,4 @@
-/* What fragments of surfaces, lines and points share: colour, light from the camera, depth. */
+/* What fragments of surfaces, lines and points share: colour, light from the camera. */
 uniform sampler2D limit;  /* what is not nearer is not seen */
 uniform sampler2D colors; /* of values */
 uniform bool has_values, lit;
@@ -6,9 +6,6 @@ uniform bool translucent; /* which of the fragments are drawn */
 uniform vec3 rgb;
 uniform vec4 light; /* ambient, diffuse, specular, shininess */
 uniform float opacity;
-
-layout(location = 0) out vec4 color;
-layout(location = 1) out vec4 depth;
 
 const float STEPS = 4096.0;
 
@@ -38,12 +35,4 @@ float cosine_of(vec3 a, vec3 b)
 vec3 lighten(vec3 seen, float cosine)
 {
     return min(seen * (light.x + light.y * cosine) + light.z * pow(cosine, light.w), 1.0);
-}
-
-void put(vec3 seen, float alpha, float z)
-{
-    if (!(z > depth_range.x) || z >= texelFetch(limit, ivec2(gl_FragCoord.xy), 0).r) discard;
-    color = vec4(seen * alpha, alpha);
-    depth = vec4(z, 0.0, 0.0, 1.0);
-    gl_FragDepth = (z - depth_range.x) / (depth_range.y - depth_range.x);
 }
