@@ -11,6 +11,7 @@
 #include "tetralod/measure.h"
 #include "tetralod/mesh.h"
 #include "tetralod/model.h"
+#include "tetralod/scene.h"
 #include "tetralod/segment.h"
 #include "tetralod/simplify.h"
 #include "tetralod/store.h"

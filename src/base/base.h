@@ -25,6 +25,10 @@ char *tli_strdup(tl_ctx *ctx, const char *text, tl_status *status);
 tl_status tli_opts_take(tl_ctx *ctx, const char *type, const void *given, void *opts,
                         size_t opts_bytes);
 
+/* Bytes, 2 to 4, of the character of UTF-8 that begins at at, below end; 0 if none of more than one
+ * byte does. */
+size_t tli_utf8_bytes(const char *at, const char *end);
+
 /* ---- arena: many small blocks that die together (opened and closed by a driver) ---- */
 typedef struct tli_arena_chunk tli_arena_chunk;
 typedef struct tli_arena {

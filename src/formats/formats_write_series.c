@@ -6,22 +6,12 @@
 
 /* ---- text ---- */
 
-/* Bytes of the valid UTF-8 character of two or more bytes at the start of text, or 0. */
-static size_t utf8_bytes(const unsigned char *text)
+/* Bytes of the character of two or more bytes at the start of text, or 0: XML has no U+FFFE and
+ * U+FFFF. */
+static size_t utf8_bytes(const char *text, const char *end)
 {
-    size_t count = text[0] >= 0xf0 && text[0] <= 0xf4   ? 4
-                   : text[0] >= 0xe0 && text[0] <= 0xef ? 3
-                   : text[0] >= 0xc2 && text[0] <= 0xdf ? 2
-                                                        : 0;
-    for (size_t i = 1; i < count; i++)
-        if ((text[i] & 0xc0) != 0x80) return 0;
-    if (count == 3) {
-        unsigned code = (text[0] & 15u) << 12 | (text[1] & 63u) << 6 | (text[2] & 63u);
-        if (code < 0x800 || (code >= 0xd800 && code < 0xe000) || code >= 0xfffe) return 0;
-    }
-    if (count == 4 && ((text[0] == 0xf0 && text[1] < 0x90) || (text[0] == 0xf4 && text[1] > 0x8f)))
-        return 0;
-    return count;
+    const size_t count = tli_utf8_bytes(text, end);
+    return count == 3 && memcmp(text, "\xef\xbf", 2) == 0 && (text[2] & 0x3f) >= 0x3e ? 0 : count;
 }
 
 /* Text as it may stand in an attribute or element. Bytes that are no UTF-8 are taken for Latin-1,
@@ -29,8 +19,10 @@ static size_t utf8_bytes(const unsigned char *text)
 tl_status tli_emit_escaped(tli_sink *sink, const char *text)
 {
     tl_status st = TL_OK;
-    for (const unsigned char *at = (const unsigned char *)text; *at && !st;) {
-        size_t bytes = *at >= 0x80 ? utf8_bytes(at) : 1;
+    const char *const end = text + strlen(text);
+    for (const char *next = text; next < end && !st;) {
+        const unsigned char *at = (const unsigned char *)next;
+        size_t bytes = *at >= 0x80 ? utf8_bytes(next, end) : 1;
         if (bytes == 0)
             st = tli_sink_printf(sink, "&#%u;", *at < 0xa0 ? '?' : *at);
         else if (bytes == 1 && (strchr("&<>\"'\t\n\r", *at)))
@@ -39,7 +31,7 @@ tl_status tli_emit_escaped(tli_sink *sink, const char *text)
             st = tli_sink_write(sink, "?", 1);
         else
             st = tli_sink_write(sink, at, bytes);
-        at += bytes ? bytes : 1;
+        next += bytes ? bytes : 1;
     }
     return st;
 }

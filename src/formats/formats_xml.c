@@ -195,20 +195,6 @@ static tli_span trim(tli_span span)
     return span;
 }
 
-/* Reads one UTF-8 sequence of two to four bytes; 0 if there is none. */
-static size_t utf8_length(const char *at, const char *end)
-{
-    const unsigned char *p = (const unsigned char *)at;
-    size_t length = p[0] >= 0xf0 ? 4 : p[0] >= 0xe0 ? 3 : 2;
-    if (p[0] < 0xc2 || p[0] > 0xf4 || (size_t)(end - at) < length) return 0;
-    for (size_t i = 1; i < length; i++)
-        if ((p[i] & 0xc0) != 0x80) return 0;
-    if ((p[0] == 0xe0 && p[1] < 0xa0) || (p[0] == 0xed && p[1] > 0x9f) ||
-        (p[0] == 0xf0 && p[1] < 0x90) || (p[0] == 0xf4 && p[1] > 0x8f))
-        return 0;
-    return length;
-}
-
 static size_t utf8_encode(uint32_t code, char out[4])
 {
     if (code < 0x80) {
@@ -266,7 +252,7 @@ void tli_span_text(tli_span span, char *text, size_t text_bytes)
         size_t length = 0;
         uint32_t code = (unsigned char)*at;
         const char *after = code == '&' ? read_reference(at, end, &code) : NULL;
-        if (!after && code >= 0x80 && (length = utf8_length(at, end)) > 0) {
+        if (!after && code >= 0x80 && (length = tli_utf8_bytes(at, end)) > 0) {
             memcpy(sequence, at, length);
             after = at + length;
         } else {
