@@ -1,6 +1,6 @@
 /* tetralod, stage scene: the document of what is shown and how. Nodes with properties, commands as
- * text, undo, one JSON file; how a camera moves. No data, no toolkit: shells and batch jobs share
- * it.
+ * text, undo, one JSON file; cameras and transfer functions in the files of VTK and ParaView; how a
+ * camera moves. No data, no toolkit: shells and batch jobs share it.
  *
  * A scene belongs to one thread at a time. What returns a status can also fail for TL_ERR_MEMORY
  * and TL_ERR_BUDGET, and leaves the scene as it was when it fails. ctx is that with which the scene
@@ -257,6 +257,18 @@ TL_API tl_status tl_scene_set_camera(tl_ctx *ctx, tl_scene *scene, const tl_came
  * degrees, degrees, and 1 or a zoom above 0. false for anything else. */
 TL_API bool tl_view_read(const char *text, double view[3]);
 
+/* A camera in JSON: an object with position, focal_point, view_up (three numbers each), view_angle
+ * (degrees), parallel_scale, parallel_projection, size (two numbers, pixels); names as VTK writes
+ * them (Position, FocalPoint ...) will do, what is missing has its default. Also one under
+ * "camera". TL_ERR_IO, TL_ERR_FORMAT; TL_ERR_UNSUPPORTED in a build without jansson. */
+TL_API tl_status tl_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera);
+/* The same of a list of such objects, alone or under "cameras", or of a single one. Gives *cameras
+ * [*count] (tl_mem_free). */
+TL_API tl_status tl_cameras_read(tl_ctx *ctx, const char *path, tl_camera **cameras, size_t *count);
+/* Writes what both read: an object, or a list of several. The file appears only when complete. */
+TL_API tl_status tl_cameras_write(tl_ctx *ctx, const char *path, const tl_camera *cameras,
+                                  size_t count);
+
 /* ---- how a camera moves ----
  * Pixels are those of the camera's picture, from its upper left corner. Angles are degrees. A
  * camera that looks nowhere (tl_camera_check) stays as it is. */
@@ -307,13 +319,37 @@ TL_API void tl_camera_ray(const tl_camera *camera, double x_px, double y_px, dou
 TL_API bool tl_camera_project(const tl_camera *camera, const double xyz[3], double px[2],
                               double *distance);
 
-/* ---- colours ---- */
+/* ---- colours and transfer functions ---- */
 
 /* A colour as text: a name (white black grey red orange yellow green teal blue purple brown bone
  * steel gold), #RRGGBB or R,G,B from 0 to 1, to sRGB; false for anything else. */
 TL_API bool tl_color_read(const char *text, double rgb[3]);
 /* Name of colour i; NULL past the last one. */
 TL_API const char *tl_color_name(size_t index);
+
+/* Control points of a transfer function: straight between each other in the value, or its
+ * logarithm. A block of its own (tl_mem_free). */
+typedef struct tl_control_points {
+    tl_color_point *colors;      /* [color_count], by values that do not fall */
+    tl_opacity_point *opacities; /* [opacity_count], the same; none: there were none */
+    size_t color_count, opacity_count;
+    bool logarithmic; /* the file asks for a logarithmic scale */
+    bool has_nan;     /* colour and opacity of NaN are given */
+    double nan_rgb[3], nan_opacity;
+} tl_control_points;
+/* Reads ParaView's JSON (a list of colour maps, of which the first is taken; commas before a
+ * closing bracket are forgiven): ColorSpace and RGBPoints; Points with midpoint and sharpness;
+ * UseLogScale, HSVWrap, NanColor, NanOpacity. Ways that are not straight become many points;
+ * logarithmic: in the logarithm, also if the file does not ask for it. Gives *points. TL_ERR_IO,
+ * TL_ERR_FORMAT; TL_ERR_UNSUPPORTED in a build without jansson. */
+TL_API tl_status tl_control_points_read(tl_ctx *ctx, const char *path, bool logarithmic,
+                                        tl_control_points **points);
+/* Writes what ParaView reads as a preset of a name. The file appears only when complete. */
+TL_API tl_status tl_control_points_write(tl_ctx *ctx, const char *path, const char *name,
+                                         const tl_control_points *points);
+/* The same into a transfer node, as one step: colors, opacities, nan_color and nan_opacity, and
+ * logarithmic if the file asks for it. */
+TL_API tl_status tl_transfer_read(tl_ctx *ctx, tl_scene *scene, tl_node node, const char *path);
 
 #ifdef __cplusplus
 }

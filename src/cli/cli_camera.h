@@ -1,19 +1,13 @@
-/* Cameras: in JSON files, and of views in words. */
+/* Cameras: of files, and of views in words. */
 #ifndef TETRALOD_CLI_CAMERA_H
 #define TETRALOD_CLI_CAMERA_H
 
+#include "tetralod/scene.h"
+
 #include "cli_session.h"
 
-/* Reads a camera: an object with position, focal_point, view_up (three numbers each), view_angle
- * (degrees) or parallel_scale, and size (two numbers, pixels); names as VTK writes them (Position,
- * FocalPoint ...) will do, and what is missing takes its default. Returns an exit status; the
- * message is out already. */
-int cli_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera);
-/* The same of a list of such objects, alone or under "cameras", or of a single one. Gives *cameras
- * [*count] (tl_mem_free). */
-int cli_cameras_read(tl_ctx *ctx, const char *path, tl_camera **cameras, size_t *count);
-/* Writes what both read: an object, or a list of several. */
-int cli_cameras_write(const char *path, const tl_camera *cameras, size_t count);
+/* As of tl_camera_read. Returns an exit status; the message is out already. */
+int cli_camera_read(cli_session *session, const char *path, tl_camera *camera);
 
 /* The most rays beside and above each other. */
 enum { CLI_SIDE_MAX = 32768 };
@@ -23,7 +17,7 @@ int cli_picture_size(const cli_session *session, uint32_t samples, uint32_t size
 int cli_view_read(const cli_session *session, double view[3]);
 /* What --camera FILE, or else --view of a box (x0, x1, y0, y1, z0, z1), says, for a picture of that
  * size. */
-int cli_camera_choose(const cli_session *session, const double bounds[6], const uint32_t size[2],
+int cli_camera_choose(cli_session *session, const double bounds[6], const uint32_t size[2],
                       tl_camera *camera);
 
 #endif

@@ -186,7 +186,7 @@ static int fill_request(cli_session *session, request *r)
     for (size_t i = 0; !failed && i < lists->item_count; i++)
         failed = add_channels(session, r, lists->items[i]);
     if (!failed && cli_get(session, CLI_VIEW)->given) {
-        failed = cli_camera_read(session->ctx, cli_get(session, CLI_VIEW)->text, &r->camera);
+        failed = cli_camera_read(session, cli_get(session, CLI_VIEW)->text, &r->camera);
         r->query.camera = &r->camera;
         r->query.pixels = cli_get(session, CLI_PIXELS)->real;
     }

@@ -16,7 +16,7 @@ static int set_background(const cli_session *session, cli_picture *p)
     double rgb[3] = {1, 1, 1};
     const char *text = cli_get(session, CLI_BACKGROUND)->text;
     p->transparent = strcmp(text, "none") == 0;
-    if (!p->transparent && !cli_parse_color(text, rgb))
+    if (!p->transparent && !tl_color_read(text, rgb))
         return cli_misuse(session->args.verb,
                           "--background %s: expected none or a colour: a name, #RRGGBB or R,G,B",
                           text);
@@ -107,14 +107,17 @@ static size_t corners_of(const double bounds[6], const cli_picture *p, double (*
     return 8 * turns;
 }
 
-int cli_picture_camera(const cli_session *session, const double bounds[6], const double window[4],
+int cli_picture_camera(cli_session *session, const double bounds[6], const double window[4],
                        cli_picture *picture)
 {
     double view[3], points[8 * ORBIT_POINTS][3];
     const cli_value *file = cli_get(session, CLI_CAMERA);
     int failed = cli_view_read(session, view);
-    if (!failed && file->given)
-        failed = cli_cameras_read(session->ctx, file->text, &picture->keys, &picture->key_count);
+    if (!failed && file->given) {
+        tl_status st =
+            tl_cameras_read(session->ctx, file->text, &picture->keys, &picture->key_count);
+        if (st) failed = cli_fail(session, session->ctx, st);
+    }
     if (failed) return failed;
     if (picture->key_count) { /* around what it looks at */
         const tl_camera *key = picture->keys;

@@ -164,8 +164,9 @@ static int set_cameras(request *r)
         st = tl_camera_check(session->ctx, &r->cameras[i]);
     }
     if (st) return cli_fail(session, session->ctx, st);
-    return path->given ? cli_cameras_write(path->text, r->cameras, r->picture.frame_count)
-                       : CLI_DONE;
+    if (!path->given) return CLI_DONE;
+    st = tl_cameras_write(session->ctx, path->text, r->cameras, r->picture.frame_count);
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
 static int write_transfer(const request *r)

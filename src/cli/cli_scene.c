@@ -13,33 +13,6 @@ enum { POINTS_WANTED = 200000, SHELLS = 10 };
 /* Rays a pixel and side where there are edges to be smoothed; clouds have none. */
 enum { SAMPLES = 2 };
 
-static const struct {
-    const char *name;
-    uint32_t rgb;
-} COLORS[] = {{"white", 0xffffff},  {"black", 0x000000},  {"grey", 0x999999},  {"red", 0xc83232},
-              {"orange", 0xe8862e}, {"yellow", 0xecc94b}, {"green", 0x4a9a4a}, {"teal", 0x2f9c95},
-              {"blue", 0x3c6fb8},   {"purple", 0x8559a5}, {"brown", 0x8a5a3c}, {"bone", 0xe8dfc8},
-              {"steel", 0x8fa3b5},  {"gold", 0xd4a83a}};
-
-bool cli_parse_color(const char *text, double rgb[3])
-{
-    unsigned value;
-    char rest;
-    for (size_t i = 0; i < sizeof COLORS / sizeof *COLORS; i++)
-        if (strcmp(text, COLORS[i].name) == 0) {
-            for (int k = 0; k < 3; k++) rgb[k] = (COLORS[i].rgb >> (16 - 8 * k) & 255) / 255.0;
-            return true;
-        }
-    if (strlen(text) == 7 && sscanf(text, "#%6x%c", &value, &rest) == 1) {
-        for (int k = 0; k < 3; k++) rgb[k] = (value >> (16 - 8 * k) & 255) / 255.0;
-        return true;
-    }
-    if (!cli_parse_reals(text, rgb, 3)) return false;
-    for (int k = 0; k < 3; k++)
-        if (!(rgb[k] >= 0 && rgb[k] <= 1)) return false;
-    return true;
-}
-
 /* ---- shades ---- */
 
 /* The shade of a channel with a transfer function, made once. */
@@ -105,7 +78,7 @@ static int take_surface(cli_scene *scene, const char *word)
                         : number;
         else if (is_number && number >= 0 && number <= 1)
             iso->opacity = number;
-        else if (cli_parse_color(part, iso->rgb))
+        else if (tl_color_read(part, iso->rgb))
             iso->has_color = true;
         else
             return cli_misuse(verb, "--surface %s: '%s' is no colour and no opacity", word, part);

@@ -118,8 +118,6 @@ tl_status cli_swarm_add_lines(cli_scene *scene, double t);
 tl_status cli_swarm_add_points(cli_scene *scene);
 /* Keeps what the renderer borrows; takes it over also on failure. */
 tl_status cli_scene_keep(cli_scene *scene, cli_kept kept);
-/* Name of a colour or #RRGGBB or R,G,B to sRGB; false for anything else. */
-bool cli_parse_color(const char *text, double rgb[3]);
 
 /* ---- from where: cli_frames.c ---- */
 
@@ -139,7 +137,7 @@ typedef struct cli_picture {
 /* The words of size, background, frames and output. Returns an exit status. */
 int cli_picture_words(const cli_session *session, cli_picture *picture);
 /* Reads the camera or fits it to the box; window as of tl_camera_fit_points. */
-int cli_picture_camera(const cli_session *session, const double bounds[6], const double window[4],
+int cli_picture_camera(cli_session *session, const double bounds[6], const double window[4],
                        cli_picture *picture);
 /* The camera of a frame, for a picture of the final size. */
 tl_camera cli_picture_frame(const cli_picture *picture, size_t frame);

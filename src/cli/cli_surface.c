@@ -195,7 +195,7 @@ static int set_carried(cli_session *session, request *r)
     return r->by_patch ? carry_of_model(session, r) : carry_of_mesh(session, r);
 }
 
-static int set_view(const cli_session *session, request *r)
+static int set_view(cli_session *session, request *r)
 {
     uint32_t size[2];
     r->has_view = cli_get(session, CLI_VIEW)->given || cli_get(session, CLI_CAMERA)->given;

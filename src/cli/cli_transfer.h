@@ -2,9 +2,11 @@
 #ifndef TETRALOD_CLI_TRANSFER_H
 #define TETRALOD_CLI_TRANSFER_H
 
+#include "tetralod/scene.h"
+
 #include "cli_session.h"
 
-enum { CLI_POINTS_MAX = 4096 };
+enum { CLI_POINTS_MAX = TL_SCENE_ROWS_MAX };
 
 /* Control points on their way to a tl_transfer. */
 typedef struct cli_points {
@@ -14,11 +16,8 @@ typedef struct cli_points {
     bool logarithmic; /* the file asks for a logarithmic scale */
 } cli_points;
 
-/* Reads ParaView's JSON (a list of colour maps, of which the first is taken; commas before a
- * closing bracket are forgiven): ColorSpace and RGBPoints; Points with midpoint and sharpness, of
- * which opacities stay empty if there are none; UseLogScale, HSVWrap. Ways that are not straight
- * become many points; on a logarithmic scale they are straight in the logarithm. Fills *points,
- * which are zeros. Returns an exit status; the message is out already. */
+/* As of tl_control_points_read. Fills *points, which are zeros. Returns an exit status; the message
+ * is out already. */
 int cli_points_read(tl_ctx *ctx, const char *path, bool logarithmic, cli_points *points);
 
 /* The colour map name over a range; false for an unknown name. */

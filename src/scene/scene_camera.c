@@ -1,9 +1,9 @@
-/* The scene's camera, and the frame that it stands in. */
+/* The scene's camera, and the frame that it stands in; cameras to files. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "scene/scene.h"
+#include "scene/scene_text.h"
 
 enum { CAMERA = TL_NODE_CAMERA + 1 };
 /* The view of a camera without a position. */
@@ -93,4 +93,42 @@ tl_status tl_scene_set_camera(tl_ctx *ctx, tl_scene *scene, const tl_camera *cam
     if (!st) st = put(ctx, values, "parallel", &parallel, 1);
     if (!st) st = put(ctx, values, "parallel_scale", &camera->parallel_scale, 1);
     return st ? st : tli_scene_put(ctx, scene, CAMERA, values, "set camera");
+}
+
+/* ---- files ---- */
+
+static void put_camera(tli_text *t, const tl_camera *camera)
+{
+    const double size[2] = {camera->size_px[0], camera->size_px[1]};
+    const bool parallel = camera->parallel_scale > 0;
+    tli_text_put(t, "{\n  \"position\": ");
+    tli_text_put_reals(t, camera->position, 3);
+    tli_text_put(t, ",\n  \"focal_point\": ");
+    tli_text_put_reals(t, camera->focal_point, 3);
+    tli_text_put(t, ",\n  \"view_up\": ");
+    tli_text_put_reals(t, camera->view_up, 3);
+    tli_text_put(t, ",\n  \"view_angle\": ");
+    tli_text_put_real(t, camera->view_angle);
+    if (parallel) {
+        tli_text_put(t, ",\n  \"parallel_scale\": ");
+        tli_text_put_real(t, camera->parallel_scale);
+    }
+    tli_text_put(t, ",\n  \"parallel_projection\": ");
+    tli_text_put(t, parallel ? "true" : "false");
+    tli_text_put(t, ",\n  \"size\": ");
+    tli_text_put_reals(t, size, 2);
+    tli_text_put(t, "\n }");
+}
+
+tl_status tl_cameras_write(tl_ctx *ctx, const char *path, const tl_camera *cameras, size_t count)
+{
+    tli_text t = {.ctx = ctx};
+    if (count != 1) tli_text_put(&t, "[\n ");
+    for (size_t i = 0; i < count; i++) {
+        if (i) tli_text_put(&t, ",\n ");
+        put_camera(&t, &cameras[i]);
+    }
+    tli_text_put(&t, count != 1 ? "\n]\n" : "\n");
+    tl_status st = tli_text_save(&t, path);
+    return st ? tl_note(ctx, st, "while writing the camera '%s'", path) : TL_OK;
 }

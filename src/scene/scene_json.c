@@ -14,6 +14,8 @@ static tl_status refuse(tl_ctx *ctx, const char *name)
                    "'%s': this build reads no JSON (Debian package libjansson-dev)", name);
 }
 #define tli_json_scene(ctx, name, text, bytes, scene) refuse(ctx, name)
+#define tli_json_points(ctx, name, text, bytes, logarithmic, points) refuse(ctx, name)
+#define tli_json_cameras(ctx, name, text, bytes, alone, cameras, count) refuse(ctx, name)
 #endif
 
 /* Gives a copy of the bytes, terminated (tl_mem_free). */
@@ -66,4 +68,44 @@ tl_status tl_scene_read_text(tl_ctx *ctx, const char *name, const char *text, si
     if (!st) st = tli_json_scene(ctx, name, copy, bytes, scene);
     tl_mem_free(ctx, copy);
     return st ? tl_note(ctx, st, "while reading the scene '%s'", name) : TL_OK;
+}
+
+tl_status tl_control_points_read(tl_ctx *ctx, const char *path, bool logarithmic,
+                                 tl_control_points **points)
+{
+    char *text;
+    size_t bytes;
+    *points = NULL;
+    tl_status st = read_text(ctx, path, &text, &bytes);
+    if (!st) st = tli_json_points(ctx, path, text, bytes, logarithmic, points);
+    tl_mem_free(ctx, text);
+    return st;
+}
+
+static tl_status read_cameras(tl_ctx *ctx, const char *path, bool alone, tl_camera **cameras,
+                              size_t *count)
+{
+    char *text;
+    size_t bytes;
+    *cameras = NULL;
+    *count = 0;
+    tl_status st = read_text(ctx, path, &text, &bytes);
+    if (!st) st = tli_json_cameras(ctx, path, text, bytes, alone, cameras, count);
+    tl_mem_free(ctx, text);
+    return st;
+}
+
+tl_status tl_cameras_read(tl_ctx *ctx, const char *path, tl_camera **cameras, size_t *count)
+{
+    return read_cameras(ctx, path, false, cameras, count);
+}
+
+tl_status tl_camera_read(tl_ctx *ctx, const char *path, tl_camera *camera)
+{
+    size_t count;
+    tl_camera *read;
+    tl_status st = read_cameras(ctx, path, true, &read, &count);
+    if (!st) *camera = *read;
+    tl_mem_free(ctx, read);
+    return st;
 }

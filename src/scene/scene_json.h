@@ -7,5 +7,10 @@
 
 /* Each reads text [bytes], which it may change; name stands for the file in messages. */
 tl_status tli_json_scene(tl_ctx *ctx, const char *name, char *text, size_t bytes, tl_scene **scene);
+tl_status tli_json_points(tl_ctx *ctx, const char *name, char *text, size_t bytes, bool logarithmic,
+                          tl_control_points **points);
+/* cameras [*count] (tl_mem_free); alone: the first object alone. */
+tl_status tli_json_cameras(tl_ctx *ctx, const char *name, char *text, size_t bytes, bool alone,
+                           tl_camera **cameras, size_t *count);
 
 #endif

@@ -1,7 +1,7 @@
 /* Colours between colours in the spaces of ParaView's colour maps, and opacities with a midpoint
  * and a sharpness. sRGB and CIE Lab with the white of D65; the polar Lab of diverging maps is that
  * of K. Moreland, Diverging Color Maps for Scientific Visualization, 2009. */
-#include "cli_colorspace.h"
+#include "scene/scene_colorspace.h"
 
 #include <math.h>
 #include <string.h>
@@ -171,21 +171,21 @@ static void between_diverging(const double a[3], const double b[3], double t, do
 
 /* ---- all ---- */
 
-bool cli_color_space_named(const char *name, cli_color_space *space)
+bool tli_color_space_named(const char *name, tli_color_space *space)
 {
     static const struct {
         const char *name;
-        cli_color_space space;
-    } NAMES[] = {{"RGB", CLI_SPACE_RGB},
-                 {"HSV", CLI_SPACE_HSV},
-                 {"HSVNoWrap", CLI_SPACE_HSV},
-                 {"Lab", CLI_SPACE_LAB},
-                 {"CIELAB", CLI_SPACE_LAB},
-                 {"LabCIEDE2000", CLI_SPACE_LAB},
-                 {"Lab/CIEDE2000", CLI_SPACE_LAB},
-                 {"CIEDE2000", CLI_SPACE_LAB},
-                 {"Diverging", CLI_SPACE_DIVERGING},
-                 {"Step", CLI_SPACE_STEP}};
+        tli_color_space space;
+    } NAMES[] = {{"RGB", TLI_SPACE_RGB},
+                 {"HSV", TLI_SPACE_HSV},
+                 {"HSVNoWrap", TLI_SPACE_HSV},
+                 {"Lab", TLI_SPACE_LAB},
+                 {"CIELAB", TLI_SPACE_LAB},
+                 {"LabCIEDE2000", TLI_SPACE_LAB},
+                 {"Lab/CIEDE2000", TLI_SPACE_LAB},
+                 {"CIEDE2000", TLI_SPACE_LAB},
+                 {"Diverging", TLI_SPACE_DIVERGING},
+                 {"Step", TLI_SPACE_STEP}};
     for (size_t i = 0; i < sizeof NAMES / sizeof *NAMES; i++)
         if (strcmp(name, NAMES[i].name) == 0) {
             *space = NAMES[i].space;
@@ -194,22 +194,22 @@ bool cli_color_space_named(const char *name, cli_color_space *space)
     return false;
 }
 
-void cli_color_between(cli_color_space space, const double a[3], const double b[3], double t,
+void tli_color_between(tli_color_space space, const double a[3], const double b[3], double t,
                        double rgb[3])
 {
     switch (space) {
-    case CLI_SPACE_HSV:
-    case CLI_SPACE_HSV_WRAP: between_hsv(a, b, space == CLI_SPACE_HSV_WRAP, t, rgb); break;
-    case CLI_SPACE_LAB: between_lab(a, b, t, rgb); break;
-    case CLI_SPACE_DIVERGING: between_diverging(a, b, t, rgb); break;
-    case CLI_SPACE_STEP: memcpy(rgb, b, 3 * sizeof *rgb); break;
-    case CLI_SPACE_RGB:
+    case TLI_SPACE_HSV:
+    case TLI_SPACE_HSV_WRAP: between_hsv(a, b, space == TLI_SPACE_HSV_WRAP, t, rgb); break;
+    case TLI_SPACE_LAB: between_lab(a, b, t, rgb); break;
+    case TLI_SPACE_DIVERGING: between_diverging(a, b, t, rgb); break;
+    case TLI_SPACE_STEP: memcpy(rgb, b, 3 * sizeof *rgb); break;
+    case TLI_SPACE_RGB:
         for (int k = 0; k < 3; k++) rgb[k] = mix(a[k], b[k], t);
         break;
     }
 }
 
-double cli_opacity_between(double a, double b, double middle, double sharpness, double t)
+double tli_opacity_between(double a, double b, double middle, double sharpness, double t)
 {
     middle = clamp(middle, MIDDLE_LEAST, 1 - MIDDLE_LEAST);
     double s = t < middle ? t / middle / 2 : 0.5 + (t - middle) / (1 - middle) / 2;
