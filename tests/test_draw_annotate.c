@@ -157,15 +157,22 @@ static tl_transfer *grey_ramp(tl_ctx *ctx)
     return transfer;
 }
 
-/* A picture with a square of one colour in its middle, annotated. */
-static tl_image *annotated(tl_ctx *ctx, const tl_annotation *a)
+/* A picture with a square of one colour in its middle. */
+static tl_image *red_square(tl_ctx *ctx)
 {
     tl_image *image = NULL;
-    const tl_camera camera = tl_camera_fit(BOX, 30, 20, 1, SIDE, SIDE);
     CHECK_OK(ctx, tl_image_create(ctx, SIDE, SIDE, &image));
     for (size_t y = SIDE / 3; y < 2 * SIDE / 3; y++)
         for (size_t x = SIDE / 3; x < 2 * SIDE / 3; x++)
             for (size_t k = 0; k < 4; k++) image->rgba[4 * (y * SIDE + x) + k] = k % 3 ? 0 : 1;
+    return image;
+}
+
+/* The same, annotated. */
+static tl_image *annotated(tl_ctx *ctx, const tl_annotation *a)
+{
+    tl_image *image = red_square(ctx);
+    const tl_camera camera = tl_camera_fit(BOX, 30, 20, 1, SIDE, SIDE);
     CHECK_OK(ctx, tl_draw_annotation(ctx, a, &camera, image));
     return image;
 }
@@ -270,6 +277,62 @@ static void bar_shows_colors(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* Bytes of a file, with a 0 behind them; freed with tl_mem_free. */
+static char *file_text(tl_ctx *ctx, const char *path, size_t *bytes)
+{
+    tl_status st = TL_OK;
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    char *text = tl_mem_zalloc(ctx, 1 << 20, 1, &st);
+    CHECK_OK(ctx, st);
+    *bytes = fread(text, 1, (1 << 20) - 1, file);
+    fclose(file);
+    return text;
+}
+
+static bool holds(const char *text, size_t bytes, const char *word)
+{
+    const size_t length = strlen(word);
+    for (size_t i = 0; i + length <= bytes; i++)
+        if (memcmp(text + i, word, length) == 0) return true;
+    return false;
+}
+
+static void pages(void **state)
+{
+    (void)state;
+    static const char *const paths[] = {"page.pdf", "again.pdf", "page.svg"};
+    tl_ctx *ctx = check_ctx_create(1);
+    tl_annotation a = tl_annotation_defaults();
+    const tl_camera camera = tl_camera_fit(BOX, 30, 20, 1, SIDE, SIDE);
+    tl_image *image = red_square(ctx), *same = red_square(ctx);
+    char *texts[3];
+    size_t bytes[3];
+    a.title = "Pressure";
+    a.bounds = BOX;
+    a.axes = a.outline = true;
+    for (int i = 0; i < 3; i++) {
+        CHECK_OK(ctx, tl_annotation_write(ctx, &a, &camera, image, paths[i]));
+        texts[i] = file_text(ctx, paths[i], &bytes[i]);
+    }
+    assert_memory_equal(image->rgba, same->rgba, sizeof(float) * 4 * SIDE * SIDE);
+    assert_memory_equal(texts[0], "%PDF-", 5);
+    CHECK(holds(texts[0], bytes[0], "/FontFile")); /* text stays text */
+    CHECK(holds(texts[0], bytes[0], "/Image"));
+    CHECK_EQ(bytes[0], bytes[1]);
+    assert_memory_equal(texts[0], texts[1], bytes[0]);
+    CHECK(holds(texts[2], bytes[2], "<svg"));
+    CHECK(holds(texts[2], bytes[2], "<image"));
+    CHECK_EQ(tl_annotation_write(ctx, &a, &camera, image, "page.txt"), TL_ERR_UNSUPPORTED);
+    CHECK_EQ(tl_annotation_write(ctx, &a, &camera, image, "nowhere/page.pdf"), TL_ERR_IO);
+    CHECK_EQ(tl_annotation_write(ctx, &a, &camera, image, "/dev/full"), TL_ERR_UNSUPPORTED);
+    CHECK(fopen("page.txt", "rb") == NULL);
+    for (int i = 0; i < 3; i++) tl_mem_free(ctx, texts[i]);
+    tl_image_destroy(ctx, image);
+    tl_image_destroy(ctx, same);
+    check_ctx_destroy(ctx);
+}
+
 static void wrong_numbers(void **state)
 {
     (void)state;
@@ -335,6 +398,7 @@ int main(void)
         cmocka_unit_test(readable_on_any_background),
         cmocka_unit_test(far_edges_lie_behind),
         cmocka_unit_test(bar_shows_colors),
+        cmocka_unit_test(pages),
         cmocka_unit_test(wrong_numbers),
 #else
         cmocka_unit_test(without_pango),

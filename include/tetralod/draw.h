@@ -295,6 +295,13 @@ TL_API tl_annotation tl_annotation_defaults(void);
  * a build without pango. */
 TL_API tl_status tl_draw_annotation(tl_ctx *ctx, const tl_annotation *annotation,
                                     const tl_camera *camera, tl_image *image);
+/* Writes a page instead, .pdf or .svg by the ending of path, of a point (of 72 an inch) a pixel:
+ * the picture, which is as for tl_draw_annotation and stays as it is, as pixels, words and lines as
+ * such. The file appears only when complete. TL_ERR_IO; TL_ERR_UNSUPPORTED for another ending and
+ * in a build without pango; else as of tl_draw_annotation. */
+TL_API tl_status tl_annotation_write(tl_ctx *ctx, const tl_annotation *annotation,
+                                     const tl_camera *camera, const tl_image *image,
+                                     const char *path);
 /* The part of a picture of width x height pixels, above 0, that annotation leaves free: left,
  * right, bottom, top, from -1 to 1. */
 TL_API void tl_annotation_window(const tl_annotation *annotation, uint32_t width, uint32_t height,

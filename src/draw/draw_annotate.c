@@ -64,6 +64,14 @@ static tl_status check(tl_ctx *ctx, const tl_annotation *a)
     return TL_OK;
 }
 
+#if !TETRALOD_WITH_PANGO
+static tl_status no_words(tl_ctx *ctx)
+{
+    return tl_fail(ctx, TL_ERR_UNSUPPORTED,
+                   "this build writes nothing on pictures (Debian package libpango1.0-dev)");
+}
+#endif
+
 tl_status tl_draw_annotation(tl_ctx *ctx, const tl_annotation *annotation, const tl_camera *camera,
                              tl_image *image)
 {
@@ -73,8 +81,20 @@ tl_status tl_draw_annotation(tl_ctx *ctx, const tl_annotation *annotation, const
 #if TETRALOD_WITH_PANGO
     return st ? st : tli_annotate(ctx, annotation, &frame, image);
 #else
-    return st ? st
-              : tl_fail(ctx, TL_ERR_UNSUPPORTED,
-                        "this build writes nothing on pictures (Debian package libpango1.0-dev)");
+    return st ? st : no_words(ctx);
+#endif
+}
+
+tl_status tl_annotation_write(tl_ctx *ctx, const tl_annotation *annotation, const tl_camera *camera,
+                              const tl_image *image, const char *path)
+{
+    tli_frame frame;
+    tl_status st = check(ctx, annotation);
+    if (!st) st = tli_frame_set(ctx, camera, image, &frame);
+#if TETRALOD_WITH_PANGO
+    return st ? st : tli_annotate_page(ctx, annotation, &frame, image, path);
+#else
+    (void)path;
+    return st ? st : no_words(ctx);
 #endif
 }

@@ -19,5 +19,7 @@ void tli_triad(tli_canvas *canvas, const tli_frame *frame, uint32_t height, doub
 /* All of it; numbers are proved. */
 tl_status tli_annotate(tl_ctx *ctx, const tl_annotation *a, const tli_frame *frame,
                        tl_image *image);
+tl_status tli_annotate_page(tl_ctx *ctx, const tl_annotation *a, const tli_frame *frame,
+                            const tl_image *image, const char *path);
 
 #endif

@@ -150,6 +150,17 @@ static void draw_bars(tli_canvas *canvas, const tl_annotation *a, const tl_image
 
 /* ---- all ---- */
 
+/* What is in front of the picture. */
+static void draw_front(tli_canvas *canvas, const tl_annotation *a, const tli_frame *frame,
+                       const tl_image *image, double text_px)
+{
+    if (a->bounds) tli_axes_front(canvas, a, frame, text_px);
+    if (a->triad) tli_triad(canvas, frame, image->height, text_px);
+    if (a->bar_count) draw_bars(canvas, a, image, text_px);
+    if (a->note) draw_note(canvas, a->note, image, text_px);
+    if (a->title) draw_title(canvas, a->title, image, text_px);
+}
+
 tl_status tli_annotate(tl_ctx *ctx, const tl_annotation *a, const tli_frame *frame, tl_image *image)
 {
     const double text_px = tli_text_px(a, image->width, image->height);
@@ -160,13 +171,28 @@ tl_status tli_annotate(tl_ctx *ctx, const tl_annotation *a, const tli_frame *fra
     if (!st && a->bounds) {
         tli_axes_behind(canvas, a, frame, text_px);
         st = tli_canvas_merge(canvas, true, image);
-        tli_axes_front(canvas, a, frame, text_px);
     }
-    if (!st && a->triad) tli_triad(canvas, frame, image->height, text_px);
-    if (!st && a->bar_count) draw_bars(canvas, a, image, text_px);
-    if (!st && a->note) draw_note(canvas, a->note, image, text_px);
-    if (!st && a->title) draw_title(canvas, a->title, image, text_px);
-    if (!st) st = tli_canvas_merge(canvas, false, image);
+    if (!st) {
+        draw_front(canvas, a, frame, image, text_px);
+        st = tli_canvas_merge(canvas, false, image);
+    }
     tli_canvas_close(canvas);
     return st;
+}
+
+tl_status tli_annotate_page(tl_ctx *ctx, const tl_annotation *a, const tli_frame *frame,
+                            const tl_image *image, const char *path)
+{
+    const double text_px = tli_text_px(a, image->width, image->height);
+    const bool dark = is_dark(a->background);
+    tli_canvas *canvas = NULL;
+    tl_status st =
+        tli_canvas_open_page(ctx, path, image->width, image->height, a->background,
+                             dark ? BRIGHT : DARK, dark ? DARK : BRIGHT, text_px, &canvas);
+    if (st) return st;
+    if (a->bounds) tli_axes_behind(canvas, a, frame, text_px);
+    st = tli_canvas_paint(canvas, image);
+    if (!st) draw_front(canvas, a, frame, image, text_px);
+    const tl_status end = tli_canvas_close_page(canvas, !st);
+    return st ? st : end;
 }

@@ -14,6 +14,17 @@ tl_status tli_canvas_open(tl_ctx *ctx, uint32_t width, uint32_t height, const do
 /* NULL is allowed. */
 void tli_canvas_close(tli_canvas *canvas);
 
+/* The same on a page of a file, .pdf or .svg, of one point a pixel: nothing is merged, what is
+ * drawn later is in front. background: of all of it; NULL: none. TL_ERR_UNSUPPORTED for another
+ * ending. */
+tl_status tli_canvas_open_page(tl_ctx *ctx, const char *path, uint32_t width, uint32_t height,
+                               const float *background, const double ink[3], const double halo[3],
+                               double text_px, tli_canvas **canvas);
+/* Puts a picture of its size onto a page. */
+tl_status tli_canvas_paint(tli_canvas *canvas, const tl_image *image);
+/* Completes the file if keep, else removes it; the canvas is closed. NULL is allowed. */
+tl_status tli_canvas_close_page(tli_canvas *canvas, bool keep);
+
 /* opacity of ink, 0 to 1 */
 void tli_canvas_line(tli_canvas *canvas, const double from[2], const double to[2], double width_px,
                      double opacity);
