@@ -155,6 +155,13 @@ TL_API void *tl_mem_resize(tl_ctx *ctx, void *block, size_t count, size_t elem_b
 /* NULL is allowed. */
 TL_API void tl_mem_free(tl_ctx *ctx, void *block);
 
+/* A short text by value, so that a call may stand in the arguments of printf. */
+typedef struct tl_text {
+    char s[64];
+} tl_text;
+TL_API tl_text tl_text_count(uint64_t count);  /* 1,250,235 */
+TL_API tl_text tl_text_name(const char *name); /* without control characters, shortened */
+
 #ifdef __cplusplus
 }
 #endif

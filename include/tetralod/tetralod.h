@@ -15,5 +15,6 @@
 #include "tetralod/segment.h"
 #include "tetralod/simplify.h"
 #include "tetralod/store.h"
+#include "tetralod/view.h"
 
 #endif

@@ -1,6 +1,4 @@
-/* What is written on a picture: the words of --annotation and --title, and what a model promises.
- */
-#include <math.h>
+/* What is around the data on a picture: words to properties of the scene's picture. */
 #include <string.h>
 
 #include "cli_scene.h"
@@ -31,61 +29,47 @@ int cli_words_check(const cli_session *session)
                       "--annotation %s: expected none, or some of bar,axes,box,triad,error", text);
 }
 
-static bool wants(const cli_scene *scene, const cli_picture *picture, const char *part)
+/* The flags of the picture node that stand for the words of PARTS behind "none". */
+static int set_parts(cli_scene *scene, const cli_picture *picture)
 {
+    static const char *const PROPS[PART_COUNT] = {NULL, "bar", "axes", "box", "triad", "note"};
     const cli_value *value = cli_get(scene->session, CLI_ANNOTATION);
-    return (value->given || picture->height >= HEIGHT_LEAST) && names_part(value->text, part);
+    int failed = CLI_DONE;
+    const bool has_room = picture->height >= HEIGHT_LEAST;
+    if (!value->given && scene->is_read && has_room) return CLI_DONE;
+    for (size_t i = 1; !failed && i < PART_COUNT; i++)
+        failed = cli_scene_flag(scene, TL_NODE_PICTURE + 1, PROPS[i],
+                                (value->given || has_room) && names_part(value->text, PARTS[i]));
+    return failed;
 }
 
-static void add_bar(const cli_shade *shade, cli_words *words)
+static int set_background(cli_scene *scene)
 {
-    for (size_t i = 0; i < words->annotation.bar_count; i++)
-        if (words->bars[i].transfer == shade->transfer) return;
-    words->bars[words->annotation.bar_count++] = (tl_scalar_bar){
-        .title = shade->title,
-        .transfer = shade->transfer,
-        .shown = {cli_shade_shown(shade, shade->range[0]), cli_shade_shown(shade, shade->range[1])},
-        .range = {shade->range[0], shade->range[1]},
-        .logarithmic = shade->logarithmic};
+    double rgb[3] = {1, 1, 1};
+    const cli_value *value = cli_get(scene->session, CLI_BACKGROUND);
+    const bool is_none = strcmp(value->text, "none") == 0;
+    if (!value->given && scene->is_read) return CLI_DONE;
+    if (!is_none && !tl_color_read(value->text, rgb))
+        return cli_misuse(scene->session->args.verb,
+                          "--background %s: expected none or a colour: a name, #RRGGBB or R,G,B",
+                          value->text);
+    return cli_scene_reals(scene, TL_NODE_PICTURE + 1, "background", rgb, is_none ? 0 : 3);
 }
 
-static void describe(const cli_scene *scene, char *note, size_t bytes)
+int cli_words_set(cli_scene *scene, const cli_picture *picture)
 {
-    const cli_volume *volume = &scene->volume;
-    size_t n =
-        (size_t)snprintf(note, bytes, "%s tets", cli_count(tl_mesh_tet_count(scene->mesh)).s);
-    if (!volume->is_model) return;
-    n += (size_t)snprintf(note + n, bytes - n, " of %s", cli_count(volume->head->input_tets).s);
-    if (volume->has_view && isfinite(volume->state.pixels))
-        n += (size_t)snprintf(note + n, bytes - n, ", off by at most %s pixels",
-                              cli_real(volume->state.pixels).s);
-    for (size_t i = 0; i < volume->channel_count && n < bytes / 2; i++)
-        for (size_t s = 0; s < scene->shade_count; s++) {
-            const char *name = volume->head->channels[volume->channels[i]].name;
-            if (strcmp(name, scene->shades[s]->name) == 0 && isfinite(volume->errors[i])) {
-                n += (size_t)snprintf(note + n, bytes - n, ", %s within %s", cli_name(name).s,
-                                      cli_real(volume->errors[i]).s);
-                break;
-            }
-        }
-}
-
-void cli_words_set(const cli_scene *scene, const cli_picture *picture, cli_words *words)
-{
-    tl_annotation *a = &words->annotation;
-    const cli_shade *shown[] = {scene->volume_shade, scene->color_shade, scene->points_shade};
-    *a = tl_annotation_defaults();
-    a->title = cli_get(scene->session, CLI_TITLE)->text;
-    a->background = picture->transparent ? NULL : picture->background;
-    a->outline = wants(scene, picture, "box");
-    a->axes = wants(scene, picture, "axes");
-    a->triad = wants(scene, picture, "triad");
-    if (a->outline || a->axes) a->bounds = scene->bounds;
-    for (size_t i = 0; i < sizeof shown / sizeof *shown; i++)
-        if (shown[i] && wants(scene, picture, "bar")) add_bar(shown[i], words);
-    a->bars = words->bars;
-    if (wants(scene, picture, "error")) {
-        describe(scene, words->note, sizeof words->note);
-        a->note = words->note;
-    }
+    const cli_session *session = scene->session;
+    const cli_value *title = cli_get(session, CLI_TITLE), *samples = cli_get(session, CLI_SAMPLES),
+                    *renderer = cli_get(session, CLI_RENDERER);
+    static const char *const RENDERERS[] = {"auto", "gl", "cpu"};
+    int failed = set_background(scene);
+    if (!failed) failed = set_parts(scene, picture);
+    if (!failed && title->given)
+        failed = cli_scene_text(scene, TL_NODE_PICTURE + 1, "title", title->text);
+    if (!failed && samples->given)
+        failed = cli_scene_real(scene, TL_NODE_PICTURE + 1, "samples", (double)samples->count);
+    if (!failed && renderer->given)
+        failed =
+            cli_scene_text(scene, TL_NODE_PICTURE + 1, "renderer", RENDERERS[renderer->choice]);
+    return failed;
 }

@@ -2,7 +2,7 @@
 #ifndef TETRALOD_CLI_BENCH_H
 #define TETRALOD_CLI_BENCH_H
 
-#include "cli_transfer.h"
+#include "cli_visible.h"
 
 #define BENCH_RUNS_MAX 64
 #define BENCH_PATH_BYTES 4200

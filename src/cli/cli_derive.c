@@ -25,247 +25,188 @@ static const cli_option OPTIONS[] = {
 };
 const cli_group cli_group_derive = {"Fields and parts", OPTIONS, sizeof OPTIONS / sizeof *OPTIONS};
 
-bool cli_derive_chooses(const cli_session *session)
+bool cli_derive_given(const cli_session *session)
 {
-    static const cli_id ids[] = {CLI_THRESHOLD, CLI_REGIONS, CLI_HIDE_REGIONS, CLI_CLIP};
+    static const cli_id ids[] = {CLI_DERIVE, CLI_THRESHOLD, CLI_REGIONS, CLI_HIDE_REGIONS,
+                                 CLI_CLIP};
     bool any = false;
     for (size_t i = 0; i < sizeof ids / sizeof *ids; i++)
         any = any || cli_get(session, ids[i])->given;
     return any;
 }
 
-bool cli_derive_given(const cli_session *session)
+typedef struct job {
+    cli_session *session;
+    tl_ctx *ctx;
+    const tl_source_facts *facts;
+    tl_view *view;
+    tl_scene *scene;
+} job;
+
+static int done(const job *j, tl_status st)
 {
-    return cli_get(session, CLI_DERIVE)->given || cli_derive_chooses(session);
+    return st ? cli_fail(j->session, j->ctx, st) : CLI_DONE;
 }
 
-static void list_channels(const tl_mesh *mesh)
+static tl_status add_text(const job *j, tl_node_kind kind, const char *prop, const char *text,
+                          tl_node *node)
 {
-    fputs("  channels:", stderr);
-    for (size_t i = 0; i < tl_mesh_channel_count(mesh); i++) {
-        const tl_channel *channel = tl_mesh_channel(mesh, i);
-        fprintf(stderr, " '%s'%s", cli_name(channel->name).s,
-                channel->on == TL_ON_TET ? " (on tets)" : "");
-    }
-    fputs(tl_mesh_channel_count(mesh) ? "\n" : " none\n", stderr);
+    tl_status st = tl_scene_add(j->ctx, j->scene, kind, node);
+    const tl_value value = {.text = text};
+    return st ? st : tl_scene_set(j->ctx, j->scene, *node, prop, &value);
 }
 
 /* ---- channels ---- */
 
 /* NAME=EXPRESSION, which may have an = of its own. */
-static int add_channel(cli_session *session, tl_mesh *mesh, const char *text)
+static int add_channel(const job *j, const char *text)
 {
-    char name[CLI_NAME_BYTES];
+    tl_node node;
     const char *equals = strchr(text, '=');
-    if (!equals || equals == text || (size_t)(equals - text) >= sizeof name)
-        return cli_misuse(session->args.verb, "--derive %s: expected NAME=EXPRESSION", text);
-    memcpy(name, text, (size_t)(equals - text));
-    name[equals - text] = '\0';
-    tl_status st = tl_mesh_derive(session->ctx, mesh, name, equals + 1);
-    if (!st) return CLI_DONE;
-    tl_note(session->ctx, st, "in --derive '%s'", cli_name(name).s);
-    int failed = cli_fail(session, session->ctx, st);
-    if (failed == CLI_WRONG_USE) list_channels(mesh);
-    return failed;
+    if (!equals || equals == text || (size_t)(equals - text) >= CLI_NAME_BYTES)
+        return cli_misuse(j->session->args.verb, "--derive %s: expected NAME=EXPRESSION", text);
+    return done(j, add_text(j, TL_NODE_DERIVE, "text", text, &node));
 }
 
 /* ---- thresholds ---- */
 
-/* Nothing leaves *value as it is. */
-static bool parse_end(const char *text, size_t length, const double range[2], double *value)
+/* The range that percent are of. */
+static tl_status range_of(const job *j, const char *name, double range[2])
 {
-    return !length || cli_parse_part(text, length, range, value);
+    const tl_values *values;
+    for (size_t c = 0; j->facts->is_model && c < j->facts->channel_count; c++)
+        if (strcmp(j->facts->channels[c].name, name) == 0) {
+            memcpy(range, j->facts->channels[c].range, 2 * sizeof *range);
+            return TL_OK;
+        }
+    tl_status st = tl_view_values(j->ctx, j->view, j->scene, name, &values);
+    if (st) return st;
+    range[0] = values->least;
+    range[1] = values->most;
+    return TL_OK;
 }
 
-static int keep_range(cli_session *session, const tl_mesh *mesh, const char *text, uint8_t *keep)
+/* Nothing leaves the end open. */
+static int set_end(const job *j, tl_node node, const char *prop, const char *text, size_t length,
+                   const char *name)
+{
+    double value, range[2] = {0, 0};
+    if (!length) return CLI_DONE;
+    if (text[length - 1] == '%') {
+        tl_status st = range_of(j, name, range);
+        if (st) return cli_fail(j->session, j->ctx, st);
+    }
+    if (!cli_parse_part(text, length, range, &value))
+        return cli_misuse(j->session->args.verb, "--threshold %s=%s: expected CHANNEL=LOW,HIGH",
+                          name, text);
+    /* an end at infinity is an open one */
+    return isfinite(value) ? done(j, tl_scene_set_real(j->ctx, j->scene, node, prop, value))
+                           : CLI_DONE;
+}
+
+static int add_threshold(const job *j, const char *text)
 {
     char name[CLI_NAME_BYTES];
-    double range[2], low = -(double)INFINITY, high = (double)INFINITY;
     const char *value, *comma = NULL;
+    tl_node node;
     if (!cli_split_named(text, name, sizeof name, &value) || !(comma = strchr(value, ',')))
-        return cli_misuse(session->args.verb, "--threshold %s: expected CHANNEL=LOW,HIGH", text);
-    const tl_channel *channel = tl_mesh_channel_by_name(mesh, name);
-    if (!channel) {
-        cli_misuse(session->args.verb, "--threshold: there is no channel '%s'", name);
-        list_channels(mesh);
-        return CLI_WRONG_USE;
-    }
-    tl_channel_range(channel, cli_channel_elems(mesh, channel), range, NULL);
-    if (!parse_end(value, (size_t)(comma - value), range, &low) ||
-        !parse_end(comma + 1, strlen(comma + 1), range, &high))
-        return cli_misuse(session->args.verb, "--threshold %s: expected CHANNEL=LOW,HIGH", text);
-    tl_status st = tl_keep_range(session->ctx, mesh, channel, low, high, false, keep);
-    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+        return cli_misuse(j->session->args.verb, "--threshold %s: expected CHANNEL=LOW,HIGH", text);
+    int failed = done(j, add_text(j, TL_NODE_THRESHOLD, "channel", name, &node));
+    /* percent are of what there is without it */
+    if (!failed) failed = done(j, tl_scene_set_flag(j->ctx, j->scene, node, "on", false));
+    if (!failed) failed = set_end(j, node, "low", value, (size_t)(comma - value), name);
+    if (!failed) failed = set_end(j, node, "high", comma + 1, strlen(comma + 1), name);
+    return failed;
+}
+
+/* They come all at once: each is of the whole mesh. */
+static int add_thresholds(const job *j)
+{
+    size_t count;
+    int failed = CLI_DONE;
+    const cli_value *ranges = cli_get(j->session, CLI_THRESHOLD);
+    const size_t before = (tl_scene_nodes(j->scene, &count), count);
+    for (size_t i = 0; !failed && i < ranges->item_count; i++)
+        failed = add_threshold(j, ranges->items[i]);
+    for (size_t i = before; !failed && i < before + ranges->item_count; i++)
+        failed = done(j, tl_scene_set_flag(j->ctx, j->scene, tl_scene_nodes(j->scene, &count)[i],
+                                           "on", true));
+    return failed;
 }
 
 /* ---- regions ---- */
 
-static bool has_region(const tl_mesh *mesh, int32_t region)
+static int set_regions(const job *j, cli_id id, const char *prop)
 {
-    const int32_t *regions = tl_mesh_regions(mesh);
-    if (!regions) return region == 0;
-    for (size_t t = 0; t < tl_mesh_tet_count(mesh); t++)
-        if (regions[t] == region) return true;
-    return false;
-}
-
-/* By number, or by the name of one that tets have. */
-static bool find_region(const tl_mesh *mesh, const char *text, int32_t *region)
-{
-    double number;
-    const int32_t *regions = tl_mesh_regions(mesh);
-    if (cli_parse_real(text, &number) && number >= INT32_MIN && number <= INT32_MAX &&
-        number == floor(number)) {
-        *region = (int32_t)number;
-        return has_region(mesh, *region);
+    char list[TL_SCENE_TEXT_BYTES] = "";
+    size_t at = 0;
+    const cli_value *words = cli_get(j->session, id);
+    for (size_t i = 0; i < words->item_count; i++) {
+        at += (size_t)snprintf(list + at, sizeof list - at, "%s%s", at ? "," : "", words->items[i]);
+        if (at >= sizeof list) return cli_misuse(j->session->args.verb, "--%s: too many", prop);
     }
-    int32_t last = 0;
-    for (size_t t = 0; regions && t < tl_mesh_tet_count(mesh); t++) {
-        if (t && regions[t] == last) continue;
-        last = regions[t];
-        const char *name = tl_mesh_region_name(mesh, last);
-        if (name && strcmp(name, text) == 0) {
-            *region = last;
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Those that tets have, each when it first comes up. */
-static void list_regions(const tl_mesh *mesh)
-{
-    int32_t seen[CLI_LIST_MAX];
-    size_t count = 0;
-    const int32_t *regions = tl_mesh_regions(mesh);
-    fputs("  regions:", stderr);
-    for (size_t t = 0; t < tl_mesh_tet_count(mesh) && count < CLI_LIST_MAX; t++) {
-        int32_t region = regions ? regions[t] : 0;
-        size_t i = 0;
-        while (i < count && seen[i] != region) i++;
-        if (i < count) continue;
-        const char *name = tl_mesh_region_name(mesh, region);
-        seen[count++] = region;
-        fprintf(stderr, " %d", (int)region);
-        if (name) fprintf(stderr, " '%s'", cli_name(name).s);
-    }
-    fputs(count == CLI_LIST_MAX ? " ...\n" : "\n", stderr);
-}
-
-static int keep_regions(cli_session *session, const tl_mesh *mesh, cli_id id, uint8_t *keep)
-{
-    int32_t regions[CLI_LIST_MAX];
-    size_t count = 0;
-    bool hide = id == CLI_HIDE_REGIONS;
-    const cli_value *list = cli_get(session, id);
-    for (size_t i = 0; i < list->item_count; i++)
-        for (const char *at = list->items[i]; *at;) {
-            char name[CLI_NAME_BYTES];
-            size_t length = strcspn(at, ",");
-            snprintf(name, sizeof name, "%.*s", (int)length, at);
-            at += length + (at[length] == ',');
-            if (count == CLI_LIST_MAX)
-                return cli_misuse(session->args.verb, "more than %d regions", CLI_LIST_MAX);
-            if (find_region(mesh, name, &regions[count++])) continue;
-            cli_misuse(session->args.verb, "--%sregions: there is no region '%s'",
-                       hide ? "hide-" : "", name);
-            list_regions(mesh);
-            return CLI_WRONG_USE;
-        }
-    tl_status st = tl_keep_regions(session->ctx, mesh, regions, count, hide, keep);
-    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+    const tl_value value = {.text = list};
+    return words->given ? done(j, tl_scene_set(j->ctx, j->scene, TL_NODE_DATA + 1, prop, &value))
+                        : CLI_DONE;
 }
 
 /* ---- planes ---- */
 
-/* "x<V", "x>V", "x=V", "-x=V". */
-static bool parse_axis(const char *text, const double bounds[6], tl_half_space *side)
+/* "x<V", "x>V", "x=V", "-x=V": a point and the normal of the side that goes. */
+static bool parse_axis(const char *text, const double bounds[6], double plane[6])
 {
     bool minus = *text == '-';
     const char *sign = text + minus + 1;
     int axis = text[minus] - 'x';
     if (axis < 0 || axis > 2 || !*sign || !strchr("<>=", *sign) || (minus && *sign != '='))
         return false;
-    double value = NAN, direction = minus || *sign == '>' ? -1 : 1;
-    if (!cli_parse_part(sign + 1, strlen(sign + 1), bounds + 2 * axis, &value)) return false;
-    side->normal[axis] = direction;
-    side->offset = direction * value;
-    return isfinite(value);
+    plane[3 + axis] = minus || *sign == '>' ? -1 : 1;
+    return cli_parse_part(sign + 1, strlen(sign + 1), bounds + 2 * axis, &plane[axis]) &&
+           isfinite(plane[axis]);
 }
 
-static int add_side(const cli_session *session, const char *text, const double bounds[6],
-                    tl_half_space *side)
+/* NX,NY,NZ,D: the point lies on the axis that the normal is nearest to. */
+static bool parse_normal(const char *text, double plane[6])
 {
     double numbers[4];
-    *side = (tl_half_space){{0, 0, 0}, 0};
-    if (parse_axis(text, bounds, side)) return CLI_DONE;
-    if (!cli_parse_reals(text, numbers, 4))
-        return cli_misuse(session->args.verb,
+    int axis = 0;
+    if (!cli_parse_reals(text, numbers, 4)) return false;
+    for (int k = 1; k < 3; k++)
+        if (fabs(numbers[k]) > fabs(numbers[axis])) axis = k;
+    for (int k = 0; k < 3; k++) plane[k] = 0;
+    memcpy(plane + 3, numbers, 3 * sizeof *plane);
+    if (numbers[axis] != 0) plane[axis] = numbers[3] / numbers[axis];
+    return numbers[axis] != 0 && isfinite(plane[axis]);
+}
+
+static int add_plane(const job *j, const char *text)
+{
+    tl_node node;
+    double plane[6] = {0}, numbers[4];
+    if (cli_parse_reals(text, numbers, 4) && numbers[0] == 0 && numbers[1] == 0 && numbers[2] == 0)
+        return cli_misuse(j->session->args.verb, "--clip %s: expected a normal with a length",
+                          text);
+    if (!parse_axis(text, j->facts->bounds, plane) && !parse_normal(text, plane))
+        return cli_misuse(j->session->args.verb,
                           "--clip %s: expected x<V, x>V, x=V, -x=V (or y, z) or NX,NY,NZ,D", text);
-    memcpy(side->normal, numbers, sizeof side->normal);
-    side->offset = numbers[3];
-    return CLI_DONE;
+    tl_status st = tl_scene_add(j->ctx, j->scene, TL_NODE_CLIP, &node);
+    if (!st) st = tl_scene_set_reals(j->ctx, j->scene, node, "plane", plane, 6);
+    return done(j, st);
 }
 
 /* ---- all of it ---- */
 
-/* Puts a mesh into the place of another one. */
-static void replace(tl_mesh **mesh, tl_mesh *other)
+int cli_derive(cli_session *session, const tl_source *source, tl_view *view, tl_scene *scene)
 {
-    tl_mesh_destroy(*mesh);
-    *mesh = other;
-}
-
-static int choose_tets(cli_session *session, tl_mesh **mesh)
-{
-    tl_status st = TL_OK;
-    int failed = CLI_DONE;
-    tl_mesh *subset = NULL;
-    const cli_value *ranges = cli_get(session, CLI_THRESHOLD);
-    bool regions = cli_get(session, CLI_REGIONS)->given;
-    bool hidden = cli_get(session, CLI_HIDE_REGIONS)->given;
-    if (!ranges->given && !regions && !hidden) return CLI_DONE;
-    size_t count = tl_mesh_tet_count(*mesh);
-    uint8_t *keep = tl_mem_alloc(session->ctx, count, 1, &st);
-    if (st) return cli_fail(session, session->ctx, st);
-    memset(keep, 1, count);
-    if (regions) failed = keep_regions(session, *mesh, CLI_REGIONS, keep);
-    if (!failed && hidden) failed = keep_regions(session, *mesh, CLI_HIDE_REGIONS, keep);
-    for (size_t i = 0; !failed && i < ranges->item_count; i++)
-        failed = keep_range(session, *mesh, ranges->items[i], keep);
-    if (!failed) st = tl_mesh_subset(session->ctx, *mesh, keep, &subset);
-    if (!failed && st) failed = cli_fail(session, session->ctx, st);
-    if (!failed) replace(mesh, subset);
-    tl_mem_free(session->ctx, keep);
-    return failed;
-}
-
-static int clip(cli_session *session, const double bounds[6], tl_mesh **mesh)
-{
-    tl_half_space sides[CLI_LIST_MAX];
-    tl_mesh *clipped = NULL;
-    const cli_value *planes = cli_get(session, CLI_CLIP);
-    if (!planes->given) return CLI_DONE;
-    for (size_t i = 0; i < planes->item_count; i++) {
-        int failed = add_side(session, planes->items[i], bounds, &sides[i]);
-        if (failed) return failed;
-    }
-    tl_status st = tl_mesh_clip(session->ctx, *mesh, sides, planes->item_count, &clipped);
-    if (st) return cli_fail(session, session->ctx, st);
-    replace(mesh, clipped);
-    return CLI_DONE;
-}
-
-int cli_derive(cli_session *session, const double bounds[6], tl_mesh **mesh)
-{
-    const cli_value *derived = cli_get(session, CLI_DERIVE);
+    const job j = {session, session->ctx, tl_source_get_facts(source), view, scene};
+    const cli_value *derived = cli_get(session, CLI_DERIVE), *planes = cli_get(session, CLI_CLIP);
     int failed = CLI_DONE;
     for (size_t i = 0; !failed && i < derived->item_count; i++)
-        failed = add_channel(session, *mesh, derived->items[i]);
-    if (!failed) failed = choose_tets(session, mesh);
-    if (!failed) failed = clip(session, bounds, mesh);
-    if (failed || !cli_derive_chooses(session) || tl_mesh_tet_count(*mesh)) return failed;
-    fprintf(stderr, "tetralod: nothing is left of the mesh by --threshold, --regions, "
-                    "--hide-regions or --clip\n");
-    return CLI_FAILED;
+        failed = add_channel(&j, derived->items[i]);
+    if (!failed) failed = add_thresholds(&j);
+    if (!failed) failed = set_regions(&j, CLI_REGIONS, "regions");
+    if (!failed) failed = set_regions(&j, CLI_HIDE_REGIONS, "hide_regions");
+    for (size_t i = 0; !failed && i < planes->item_count; i++)
+        failed = add_plane(&j, planes->items[i]);
+    return failed;
 }

@@ -3,7 +3,7 @@
 #define TETRALOD_CLI_FLOW_H
 
 #include "cli_session.h"
-#include "tetralod/extract.h"
+#include "tetralod/view.h"
 
 /* What stands for SEEDS in help. */
 #define CLI_SEEDS_WORDS                                                                            \
@@ -14,8 +14,6 @@
  * exit status; the message is out already. */
 int cli_flow_channel(const cli_session *session, const tl_mesh *mesh, const char *name,
                      const tl_channel **channel);
-/* False for words that are no seeds; a file is looked at later. */
-bool cli_flow_is_seeds(const char *words);
 /* Gives the lines of a channel from seeds as words. report may be NULL. Returns an exit status; the
  * message is out already. */
 int cli_flow_trace(cli_session *session, const tl_mesh *mesh, const tl_channel *channel,

@@ -11,19 +11,6 @@ enum { FRAMES_MAX = 100000, ORBIT_POINTS = 72 };
 
 /* ---- words ---- */
 
-static int set_background(const cli_session *session, cli_picture *p)
-{
-    double rgb[3] = {1, 1, 1};
-    const char *text = cli_get(session, CLI_BACKGROUND)->text;
-    p->transparent = strcmp(text, "none") == 0;
-    if (!p->transparent && !tl_color_read(text, rgb))
-        return cli_misuse(session->args.verb,
-                          "--background %s: expected none or a colour: a name, #RRGGBB or R,G,B",
-                          text);
-    for (int k = 0; k < 3; k++) p->background[k] = (float)rgb[k];
-    return CLI_DONE;
-}
-
 /* The place of "%d" or "%0Nd" in a name; NULL if there is none. *length is its own. */
 static const char *find_pattern(const char *name, size_t *length)
 {
@@ -61,7 +48,6 @@ int cli_picture_words(const cli_session *session, cli_picture *picture)
     int failed = cli_picture_size(session, samples->given ? (uint32_t)samples->count : 1, size);
     picture->width = size[0];
     picture->height = size[1];
-    if (!failed) failed = set_background(session, picture);
     if (!failed) failed = set_frames(session, picture);
     return failed ? failed : cli_output_folder(out);
 }
@@ -107,11 +93,21 @@ static size_t corners_of(const double bounds[6], const cli_picture *p, double (*
     return 8 * turns;
 }
 
-int cli_picture_camera(cli_session *session, const double bounds[6], const double window[4],
-                       cli_picture *picture)
+/* Whether a scene has a camera of its own that the words leave as it is. */
+static bool has_camera(const cli_session *session, const tl_scene *scene)
+{
+    tl_value position;
+    return !cli_get(session, CLI_VIEW)->given && !cli_get(session, CLI_CAMERA)->given &&
+           !tl_scene_get(session->ctx, scene, TL_NODE_CAMERA + 1, "position", &position) &&
+           position.count == 3;
+}
+
+int cli_picture_camera(cli_session *session, const tl_scene *scene, const double bounds[6],
+                       const double window[4], cli_picture *picture)
 {
     double view[3], points[8 * ORBIT_POINTS][3];
     const cli_value *file = cli_get(session, CLI_CAMERA);
+    const bool is_own = has_camera(session, scene);
     int failed = cli_view_read(session, view);
     if (!failed && file->given) {
         tl_status st =
@@ -119,15 +115,18 @@ int cli_picture_camera(cli_session *session, const double bounds[6], const doubl
         if (st) failed = cli_fail(session, session->ctx, st);
     }
     if (failed) return failed;
-    if (picture->key_count) { /* around what it looks at */
-        const tl_camera *key = picture->keys;
+    if (picture->key_count || is_own) { /* around what it looks at */
         double length = 0;
-        for (int k = 0; k < 3; k++) length += key->view_up[k] * key->view_up[k];
+        if (is_own)
+            tl_scene_camera(scene, picture->width, picture->height, &picture->base);
+        else
+            picture->base = *picture->keys;
+        const tl_camera *base = &picture->base;
+        for (int k = 0; k < 3; k++) length += base->view_up[k] * base->view_up[k];
         for (int k = 0; k < 3; k++) {
-            picture->pivot[k] = key->focal_point[k];
-            picture->axis[k] = key->view_up[k] / sqrt(length);
+            picture->pivot[k] = base->focal_point[k];
+            picture->axis[k] = base->view_up[k] / sqrt(length);
         }
-        picture->base = *key;
     } else { /* around the box, z up */
         for (int k = 0; k < 3; k++) {
             picture->pivot[k] = bounds[2 * k] / 2 + bounds[2 * k + 1] / 2;

@@ -45,7 +45,7 @@ static int check_words(const cli_session *session)
     const char *seeds = cli_get(session, CLI_SEEDS)->text;
     const cli_value *box = cli_get(session, CLI_BOX);
     double bounds[6];
-    if (!cli_flow_is_seeds(seeds))
+    if (!tl_seeds_are_words(seeds))
         return cli_misuse(verb, "--seeds %s: expected " CLI_SEEDS_WORDS, seeds);
     if (box->given && !cli_parse_box(box->text, bounds))
         return cli_misuse(verb, "--box %s: expected X0,Y0,Z0,X1,Y1,Z1", box->text);
@@ -175,7 +175,7 @@ static int run(cli_session *session)
     int exit_status = check_words(session);
     if (!exit_status) exit_status = cli_volume_open(session, session->args.operands[0], &volume);
     if (exit_status) return exit_status;
-    exit_status = trace(session, volume.input.mesh, &o);
+    exit_status = trace(session, volume.mesh, &o);
     if (!exit_status) exit_status = write_lines(session, &volume, &o);
     tl_polydata_destroy(session->ctx, o.lines);
     tl_mem_free(session->ctx, o.carried);

@@ -54,6 +54,8 @@ typedef enum cli_id {
     CLI_ANNOTATION,
     CLI_TITLE,
     CLI_RENDERER,
+    CLI_SCENE,
+    CLI_WRITE_SCENE,
     CLI_VOLUME_METHOD,
     CLI_PARALLEL,
     CLI_WRITE_CAMERA,

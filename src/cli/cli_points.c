@@ -169,7 +169,7 @@ static int run(cli_session *session)
     int exit_status = check_words(session);
     if (!exit_status) exit_status = cli_volume_open(session, session->args.operands[0], &volume);
     if (exit_status) return exit_status;
-    request r = {.mesh = volume.input.mesh, .opts = tl_points_opts_defaults()};
+    request r = {.mesh = volume.mesh, .opts = tl_points_opts_defaults()};
     exit_status = make_points(session, &volume, &r);
     tl_mem_free(session->ctx, r.carried);
     tl_mem_free(session->ctx, r.own);

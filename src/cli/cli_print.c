@@ -5,20 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 
-cli_text cli_count(uint64_t count)
-{
-    char digits[24];
-    cli_text text;
-    int n = snprintf(digits, sizeof digits, "%llu", (unsigned long long)count);
-    size_t at = 0;
-    for (int i = 0; i < n; i++) {
-        if (i > 0 && (n - i) % 3 == 0) text.s[at++] = ',';
-        text.s[at++] = digits[i];
-    }
-    text.s[at] = '\0';
-    return text;
-}
-
 cli_text cli_real(double value)
 {
     cli_text text = {"-"};
@@ -65,23 +51,6 @@ cli_text cli_rate(double per_second)
     if (!isfinite(per_second)) return text;
     for (; per_second >= 1000 && unit < 3; unit++) per_second /= 1000;
     snprintf(text.s, sizeof text.s, "%.3g%s/s", per_second, UNITS[unit]);
-    return text;
-}
-
-cli_text cli_name(const char *name)
-{
-    enum { LONGEST = 40 }; /* characters of a name in a table */
-    cli_text text;
-    size_t at = 0;
-    for (; *name && at < LONGEST; name++)
-        text.s[at++] = (unsigned char)*name < 0x20 || *name == 0x7f ? '?' : *name;
-    if (*name) {
-        while (at > 0 && ((unsigned char)text.s[at - 1] & 0xc0) == 0x80) at--; /* whole letters */
-        if (at > 0 && ((unsigned char)text.s[at - 1] & 0x80)) at--;
-        text.s[at++] = '.';
-        text.s[at++] = '.';
-    }
-    text.s[at] = '\0';
     return text;
 }
 

@@ -8,18 +8,21 @@
 
 #include "tetralod/tetralod.h"
 
-/* A short text by value, so that a call may stand in the arguments of printf. */
-typedef struct cli_text {
-    char s[64];
-} cli_text;
+typedef tl_text cli_text;
 
-cli_text cli_count(uint64_t count);            /* 1,250,235 */
+static inline cli_text cli_count(uint64_t count) /* 1,250,235 */
+{
+    return tl_text_count(count);
+}
+static inline cli_text cli_name(const char *name) /* without control characters, shortened */
+{
+    return tl_text_name(name);
+}
 cli_text cli_real(double value);               /* four digits; "-" if not finite */
 cli_text cli_share(double part, double whole); /* 0.45 %; "-" of nothing */
 cli_text cli_bytes(double bytes);              /* 34.2 MiB */
 cli_text cli_seconds(double seconds);          /* 0.123 s, 2 min 03 s */
 cli_text cli_rate(double per_second);          /* 1.30 M/s */
-cli_text cli_name(const char *name);           /* without control characters, shortened */
 cli_text cli_range(const double range[2]);     /* 0.19 .. 4.98 */
 
 /* A table of right-aligned columns, the first one left-aligned. */

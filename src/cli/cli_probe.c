@@ -103,9 +103,9 @@ static int check_channels(const probe *p)
 static double promise(const probe *p, const tl_channel *channel)
 {
     if (!p->volume.is_model) return 0;
-    for (size_t i = 0; i < p->volume.channel_count; i++)
-        if (strcmp(p->volume.head->channels[p->volume.channels[i]].name, channel->name) == 0)
-            return p->volume.errors[i];
+    for (size_t i = 0; i < p->volume.error_count; i++)
+        if (strcmp(p->volume.errors[i].channel, channel->name) == 0)
+            return p->volume.errors[i].error;
     return (double)INFINITY;
 }
 
@@ -331,7 +331,7 @@ static int run(cli_session *session)
     int failed = check_words(&p);
     if (!failed) failed = cli_volume_open(session, session->args.operands[0], &p.volume);
     if (!failed) {
-        p.mesh = p.volume.input.mesh;
+        p.mesh = p.volume.mesh;
         p.rows = json_array();
         failed = check_channels(&p);
         if (!failed) failed = make_table(&p);

@@ -18,6 +18,10 @@ static const cli_option PICTURE[] = {
      "none, or what is written around: bar, axes (with numbers), box, triad, error (of the "
      "picture). Pictures less than 200 pixels high have none unless it is asked for"},
     {CLI_TITLE, 0, "title", CLI_TYPE_TEXT, "TEXT", NULL, 0, 0, "a line above"},
+    {CLI_SCENE, 0, "scene", CLI_TYPE_TEXT, "SCENE.json", NULL, 0, 0,
+     "draw what a scene says, as --write-scene and the viewer write it; words come on top of it"},
+    {CLI_WRITE_SCENE, 0, "write-scene", CLI_TYPE_TEXT, "FILE.json", NULL, 0, 0,
+     "write the scene: what is drawn, how, and from where"},
     {CLI_RENDERER, 0, "renderer", CLI_TYPE_CHOICE, "auto|gl|cpu", "auto", 0, 0,
      "what draws: OpenGL where there is a GPU, or the processor, which is the reference"},
 };
@@ -93,25 +97,89 @@ static const cli_group COLORS_GROUP = {"Colours", COLORS, sizeof COLORS / sizeof
 typedef struct request {
     cli_scene scene;
     cli_picture picture;
-    cli_words words;
+    double bounds[6];   /* of what is left of the mesh */
     tl_camera *cameras; /* [frame_count] */
-    double write_seconds;
+    tl_renderer *renderer;
+    tl_shown *shown;
+    tl_content *content; /* of the last frame */
+    double extract_seconds, draw_seconds, write_seconds;
     bool is_silent; /* the build can't write on pictures, which was said */
 } request;
 
+/* Times that dashes and arrows move by their distance in all frames together. */
+enum { ROUNDS = 6 };
+
 /* ---- frames ---- */
+
+/* The back end that was asked for; where there is no GL the processor, which is said. */
+static tl_status open_renderer(request *r)
+{
+    tl_ctx *ctx = r->scene.session->ctx;
+    static const tl_renderer_kind KINDS[] = {TL_RENDERER_AUTO, TL_RENDERER_GL, TL_RENDERER_CPU};
+    const tl_scene *scene = r->scene.volume.scene;
+    const tl_renderer_kind kind = KINDS[(int)tl_scene_real(scene, TL_NODE_PICTURE + 1, "renderer")];
+    tl_status st = tl_renderer_create(ctx, kind, &r->renderer);
+    if (st == TL_ERR_UNSUPPORTED && kind == TL_RENDERER_GL) {
+        fprintf(stderr, "tetralod: warning: %s; the processor draws\n", tl_ctx_message(ctx));
+        tl_ctx_clear(ctx);
+        st = tl_renderer_create(ctx, TL_RENDERER_CPU, &r->renderer);
+    }
+    return st ? st : tl_shown_create(ctx, r->renderer, &r->shown);
+}
 
 /* Without pango pictures come without words. */
 static tl_status annotate(request *r, const tl_camera *camera, tl_image *image)
 {
     tl_ctx *ctx = r->scene.session->ctx;
-    cli_words_set(&r->scene, &r->picture, &r->words);
     if (r->is_silent) return TL_OK;
-    tl_status st = tl_draw_annotation(ctx, &r->words.annotation, camera, image);
+    tl_status st = tl_content_annotate(ctx, r->content, r->scene.volume.scene, camera, image);
     if (st != TL_ERR_UNSUPPORTED) return st;
     fprintf(stderr, "tetralod: warning: %s\n", tl_ctx_message(ctx));
     tl_ctx_clear(ctx);
     r->is_silent = true;
+    return TL_OK;
+}
+
+/* What the scene shows to a camera, in place of what it showed to the last one. */
+static tl_status build(request *r, const tl_camera *camera)
+{
+    tl_content *content = NULL;
+    tl_ctx *ctx = r->scene.session->ctx;
+    cli_volume *volume = &r->scene.volume;
+    tl_status st = tl_view_build(ctx, volume->view, volume->scene, camera, NULL, &content);
+    if (!st) st = tl_content_show(ctx, r->shown, content);
+    if (st) {
+        tl_content_destroy(ctx, content);
+        return st;
+    }
+    tl_content_destroy(ctx, r->content);
+    r->content = content;
+    r->extract_seconds += tl_content_get_facts(content)->extract_s;
+    return cli_volume_take(r->scene.session, volume, content);
+}
+
+static tl_status draw(request *r, const tl_camera *camera, size_t frame, tl_image **image)
+{
+    const double start = cli_now();
+    tl_draw_opts opts = tl_draw_opts_defaults();
+    opts.samples =
+        tl_content_samples(r->content, r->scene.volume.scene, r->picture.width, r->picture.height);
+    opts.time_s = (double)frame / (double)r->picture.frame_count * ROUNDS;
+    tl_status st = tl_content_draw(r->scene.session->ctx, r->shown, camera, &opts, image);
+    r->draw_seconds += cli_now() - start;
+    return st;
+}
+
+/* In front of the scene's background, if it has one. */
+static tl_status flatten(const request *r, tl_image *image)
+{
+    tl_value color;
+    float background[3];
+    tl_status st = tl_scene_get(r->scene.session->ctx, r->scene.volume.scene, TL_NODE_PICTURE + 1,
+                                "background", &color);
+    if (st || color.count != 3) return st;
+    for (int k = 0; k < 3; k++) background[k] = (float)color.reals[k];
+    tl_image_flatten(image, background);
     return TL_OK;
 }
 
@@ -121,11 +189,11 @@ static tl_status make_frame(request *r, size_t frame)
     tl_image *image = NULL;
     const tl_camera *camera = &r->cameras[frame];
     tl_ctx *ctx = r->scene.session->ctx;
-    tl_status st =
-        cli_scene_draw(&r->scene, camera, (double)frame / (double)r->picture.frame_count, &image);
+    tl_status st = build(r, camera);
+    if (!st) st = draw(r, camera, frame, &image);
     const double start = cli_now();
     if (!st) st = annotate(r, camera, image);
-    if (!st && !r->picture.transparent) tl_image_flatten(image, r->picture.background);
+    if (!st) st = flatten(r, image);
     cli_picture_name(r->scene.session, &r->picture, frame, name);
     if (!st) st = tl_image_write_png(ctx, image, name);
     tl_image_destroy(ctx, image);
@@ -137,94 +205,114 @@ static tl_status make_frame(request *r, size_t frame)
 static int make_frames(request *r)
 {
     cli_session *session = r->scene.session;
-    int failed = CLI_DONE;
-    for (size_t i = 0; !failed && i < r->picture.frame_count; i++) {
-        /* a model is cut anew for each view */
-        if (i == 0 || r->scene.volume.is_model) failed = cli_scene_build(&r->scene, &r->cameras[i]);
-        tl_status st = failed ? TL_OK : make_frame(r, i);
-        if (st) failed = cli_fail(session, session->ctx, st);
-    }
+    tl_status st = open_renderer(r);
+    for (size_t i = 0; !st && i < r->picture.frame_count; i++) st = make_frame(r, i);
     cli_progress_clear(&session->progress);
-    return failed;
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
 static int set_cameras(request *r)
 {
     double window[4];
-    tl_status st = TL_OK;
     cli_session *session = r->scene.session;
+    tl_ctx *ctx = session->ctx;
+    const cli_volume *volume = &r->scene.volume;
     const cli_value *path = cli_get(session, CLI_WRITE_CAMERA);
-    cli_words_set(&r->scene, &r->picture, &r->words);
-    tl_annotation_window(&r->words.annotation, r->picture.width, r->picture.height, window);
-    int failed = cli_picture_camera(session, r->scene.bounds, window, &r->picture);
+    tl_status st = tl_view_bounds(ctx, volume->view, volume->scene, r->bounds);
+    if (!st)
+        st = tl_view_window(ctx, volume->view, volume->scene, r->picture.width, r->picture.height,
+                            window);
+    if (st) return cli_fail(session, ctx, st);
+    int failed = cli_picture_camera(session, volume->scene, r->bounds, window, &r->picture);
     if (failed) return failed;
-    r->cameras = tl_mem_alloc(session->ctx, r->picture.frame_count, sizeof *r->cameras, &st);
+    r->cameras = tl_mem_alloc(ctx, r->picture.frame_count, sizeof *r->cameras, &st);
     for (size_t i = 0; !st && i < r->picture.frame_count; i++) {
         r->cameras[i] = cli_picture_frame(&r->picture, i);
-        st = tl_camera_check(session->ctx, &r->cameras[i]);
+        st = tl_camera_check(ctx, &r->cameras[i]);
     }
-    if (st) return cli_fail(session, session->ctx, st);
-    if (!path->given) return CLI_DONE;
-    st = tl_cameras_write(session->ctx, path->text, r->cameras, r->picture.frame_count);
-    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+    if (!st) st = tl_scene_set_camera(ctx, volume->scene, &r->cameras[0]);
+    if (!st && path->given)
+        st = tl_cameras_write(ctx, path->text, r->cameras, r->picture.frame_count);
+    return st ? cli_fail(session, ctx, st) : CLI_DONE;
 }
 
-static int write_transfer(const request *r)
+/* The channel whose transfer function is written: that of the volume, else the one of colours. */
+static int write_transfer(request *r)
 {
+    size_t count;
     const cli_session *session = r->scene.session;
+    const tl_scene *scene = r->scene.volume.scene;
     const cli_value *path = cli_get(session, CLI_WRITE_TRANSFER);
-    const cli_shade *shade = r->scene.volume_shade ? r->scene.volume_shade : r->scene.color_shade;
+    const tl_node *nodes = tl_scene_nodes(scene, &count);
+    const char *volume = "", *color = "";
     if (!path->given) return CLI_DONE;
-    if (!shade)
+    for (size_t i = 0; i < count; i++) {
+        if (tl_scene_kind(scene, nodes[i]) == TL_NODE_VOLUME && !*volume)
+            volume = tl_scene_text(scene, nodes[i], "channel");
+        else if (!*color)
+            color = tl_scene_text(scene, nodes[i], "color_by");
+    }
+    if (!*volume && !*color)
         return cli_misuse(session->args.verb, "--write-transfer: no channel is shown in colours");
-    return cli_shade_write(shade, path->text);
+    return cli_scene_write_transfer(&r->scene, *volume ? volume : color, path->text);
+}
+
+static int write_scene(const request *r)
+{
+    cli_session *session = r->scene.session;
+    const cli_value *path = cli_get(session, CLI_WRITE_SCENE);
+    if (!path->given) return CLI_DONE;
+    tl_status st = tl_scene_write(session->ctx, r->scene.volume.scene, path->text);
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
 /* ---- summaries ---- */
 
 static void print_json(const request *r)
 {
-    const cli_scene *scene = &r->scene;
-    const cli_volume *volume = &scene->volume;
+    size_t count;
+    const cli_volume *volume = &r->scene.volume;
+    const tl_values *const *values = tl_content_all_values(r->content, &count);
     json_t *object = json_object();
-    cli_json_text(object, "file", cli_get(scene->session, CLI_OUTPUT)->text);
+    cli_json_text(object, "file", cli_get(r->scene.session, CLI_OUTPUT)->text);
     cli_json_volume(object, volume);
     if (!volume->is_model) {
         cli_json_count(object, "patches", 0);
         cli_json_real(object, "error_px", 0);
     }
     json_t *list = cli_json_list(object, "channels");
-    for (size_t i = 0; i < scene->shade_count; i++) {
+    for (size_t i = 0; i < count; i++) {
         json_t *item = cli_json_item(list);
-        cli_json_text(item, "channel", scene->shades[i]->name);
-        cli_json_reals(item, "range", scene->shades[i]->range, 2);
+        cli_json_text(item, "channel", values[i]->channel);
+        cli_json_reals(item, "range", values[i]->range, 2);
     }
-    cli_json_text(object, "renderer", tl_renderer_name(scene->renderer));
+    cli_json_text(object, "renderer", tl_renderer_name(r->renderer));
     cli_json_count(object, "frames", r->picture.frame_count);
     json_t *seconds = cli_json_object(object, "seconds");
     cli_json_volume_seconds(seconds, volume);
-    cli_json_real(seconds, "extract", scene->extract_seconds);
-    cli_json_real(seconds, "draw", scene->draw_seconds);
+    cli_json_real(seconds, "extract", r->extract_seconds);
+    cli_json_real(seconds, "draw", r->draw_seconds);
     cli_json_real(seconds, "write", r->write_seconds);
-    cli_json_facts(object, scene->session->ctx);
+    cli_json_facts(object, r->scene.session->ctx);
     cli_json_print(object);
 }
 
 static void print_text(const request *r)
 {
-    const cli_scene *scene = &r->scene;
+    size_t count;
+    cli_session *session = r->scene.session;
     char name[CLI_PATH_BYTES];
-    cli_print_volume(scene->session, &scene->volume);
-    for (size_t i = 0; i < scene->shade_count; i++)
-        printf("shows       %s, %s\n", cli_name(scene->shades[i]->title).s,
-               cli_range(scene->shades[i]->range).s);
-    cli_print_notes(scene->session);
+    const tl_values *const *values = tl_content_all_values(r->content, &count);
+    cli_print_volume(session, &r->scene.volume);
+    for (size_t i = 0; i < count; i++)
+        printf("shows       %s, %s\n", cli_name(values[i]->title).s, cli_range(values[i]->range).s);
+    cli_print_notes(session);
     printf("drew        %zu picture%s, %u x %u pixels, by %s (%s and %s)\n", r->picture.frame_count,
            r->picture.frame_count > 1 ? "s" : "", r->picture.width, r->picture.height,
-           tl_renderer_name(scene->renderer), cli_seconds(scene->extract_seconds).s,
-           cli_seconds(scene->draw_seconds).s);
-    cli_picture_name(scene->session, &r->picture, 0, name);
-    printf("wrote       %s (%s, %s)\n", cli_get(scene->session, CLI_OUTPUT)->text,
+           tl_renderer_name(r->renderer), cli_seconds(r->extract_seconds).s,
+           cli_seconds(r->draw_seconds).s);
+    cli_picture_name(session, &r->picture, 0, name);
+    printf("wrote       %s (%s, %s)\n", cli_get(session, CLI_OUTPUT)->text,
            cli_bytes((double)cli_file_bytes(name)).s, cli_seconds(r->write_seconds).s);
 }
 
@@ -233,11 +321,11 @@ static void print_text(const request *r)
 static int render(request *r)
 {
     cli_session *session = r->scene.session;
-    int failed = cli_scene_plan(&r->scene);
-    if (failed) return failed;
-    cli_scene_set_samples(&r->scene, r->picture.width, r->picture.height);
-    failed = set_cameras(r);
+    int failed = cli_words_set(&r->scene, &r->picture);
+    if (!failed) failed = cli_scene_plan(&r->scene);
+    if (!failed) failed = set_cameras(r);
     if (!failed) failed = write_transfer(r);
+    if (!failed) failed = write_scene(r);
     if (!failed) failed = make_frames(r);
     if (failed) return failed;
     if (cli_get(session, CLI_JSON)->given)
@@ -247,22 +335,33 @@ static int render(request *r)
     return CLI_DONE;
 }
 
+static int open_scene(cli_session *session, tl_scene **scene)
+{
+    const cli_value *path = cli_get(session, CLI_SCENE);
+    if (!path->given) return CLI_DONE;
+    tl_status st = tl_scene_read(session->ctx, path->text, scene);
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+}
+
 static int run(cli_session *session)
 {
-    tl_status st = TL_OK;
-    request *r = tl_mem_zalloc(session->ctx, 1, sizeof *r, &st); /* too large for a stack */
-    if (st) return cli_fail(session, session->ctx, st);
-    r->scene.session = session;
-    int failed = cli_picture_words(session, &r->picture);
+    tl_scene *scene = NULL;
+    request r = {.scene.session = session};
+    int failed = cli_picture_words(session, &r.picture);
     if (!failed) failed = cli_words_check(session);
-    if (!failed) failed = cli_volume_begin(session, session->args.operands[0], &r->scene.volume);
+    if (!failed) failed = open_scene(session, &scene);
+    r.scene.is_read = scene != NULL;
+    if (!failed)
+        failed = cli_volume_begin(session, session->args.operands[0], scene, &r.scene.volume);
     if (!failed) {
-        failed = render(r);
-        cli_scene_close(&r->scene);
+        failed = render(&r);
+        tl_shown_destroy(session->ctx, r.shown);
+        tl_renderer_destroy(session->ctx, r.renderer);
+        tl_content_destroy(session->ctx, r.content);
+        cli_volume_close(session, &r.scene.volume);
     }
-    tl_mem_free(session->ctx, r->cameras);
-    cli_picture_close(session, &r->picture);
-    tl_mem_free(session->ctx, r);
+    tl_mem_free(session->ctx, r.cameras);
+    cli_picture_close(session, &r.picture);
     return failed;
 }
 

@@ -66,7 +66,7 @@ typedef struct field {
 static uint32_t field_count(const request *r)
 {
     const cli_volume *v = r->volume;
-    return r->by_patch ? v->head->channel_count : (uint32_t)tl_mesh_channel_count(v->input.mesh);
+    return r->by_patch ? v->head->channel_count : (uint32_t)tl_mesh_channel_count(v->mesh);
 }
 
 /* False for a channel that is not on vertices, or of another step. */
@@ -74,8 +74,8 @@ static bool is_field(const request *r, uint32_t c, const char **name)
 {
     const cli_volume *v = r->volume;
     if (!r->by_patch) {
-        *name = tl_mesh_channel(v->input.mesh, c)->name;
-        return tl_mesh_channel(v->input.mesh, c)->on == TL_ON_VERTEX;
+        *name = tl_mesh_channel(v->mesh, c)->name;
+        return tl_mesh_channel(v->mesh, c)->on == TL_ON_VERTEX;
     }
     *name = v->head->channels[c].name;
     return v->head->channels[c].on == TL_ON_VERTEX && cli_in_step(&v->head->channels[c], &v->step);
@@ -106,7 +106,7 @@ static int unknown_field(const cli_session *session, const request *r, const cha
 {
     const cli_volume *v = r->volume;
     return r->by_patch ? cli_unknown_in_model(session, v->head, &v->step, name)
-                       : cli_unknown_channel(session, v->input.mesh, name);
+                       : cli_unknown_channel(session, v->mesh, name);
 }
 
 /* Of a model as it has it, whatever was decoded. */
@@ -117,8 +117,7 @@ static void field_range(const request *r, uint32_t c, double range[2])
     if (own != TL_NONE)
         memcpy(range, v->head->channels[own].range, 2 * sizeof *range);
     else
-        tl_channel_range(tl_mesh_channel(v->input.mesh, c), tl_mesh_vert_count(v->input.mesh),
-                         range, NULL);
+        tl_channel_range(tl_mesh_channel(v->mesh, c), tl_mesh_vert_count(v->mesh), range, NULL);
 }
 
 /* ---- what is asked for ---- */
@@ -163,7 +162,7 @@ static int set_plane(const cli_session *session, request *r)
 static int carry_of_mesh(cli_session *session, request *r)
 {
     size_t *list = NULL, count = 0;
-    int failed = cli_carried(session, r->volume->input.mesh, &list, &count);
+    int failed = cli_carried(session, r->volume->mesh, &list, &count);
     for (size_t i = 0; !failed && i < count; i++) r->carried[i] = (uint32_t)list[i];
     r->carried_count = count;
     tl_mem_free(session->ctx, list);
@@ -226,7 +225,7 @@ static tl_status slice_mesh(cli_session *session, const request *r, tl_polydata 
 {
     tl_ctx *ctx = session->ctx;
     tl_status st = TL_OK;
-    const tl_mesh *mesh = r->volume->input.mesh;
+    const tl_mesh *mesh = r->volume->mesh;
     size_t count = tl_mesh_vert_count(mesh);
     double *own = NULL, *gradients = NULL;
     const double *scalar = NULL;
@@ -306,7 +305,7 @@ static tl_status measure_error(cli_session *session, const request *r, outcome *
 static int cut_model(cli_session *session, request *r)
 {
     tl_status st = TL_OK;
-    cli_volume_request seen = cli_volume_request_defaults();
+    tl_view_request seen = tl_view_request_defaults();
     if (r->channel != TL_NONE)
         st = cli_visible_values(session->ctx, r->volume->head, r->channel, r->values,
                                 r->value_count, &r->opacity);
@@ -411,7 +410,8 @@ static int run(cli_session *session)
     cli_volume volume;
     request r = {.volume = &volume, .channel = TL_NONE};
     int exit_status = check_words(session);
-    if (!exit_status) exit_status = cli_volume_begin(session, session->args.operands[0], &volume);
+    if (!exit_status)
+        exit_status = cli_volume_begin(session, session->args.operands[0], NULL, &volume);
     if (exit_status) return exit_status;
     exit_status = surface(session, &r);
     tl_mem_free(session->ctx, r.opacity);

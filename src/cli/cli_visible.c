@@ -196,7 +196,7 @@ int cli_visible_read(cli_session *session, const tl_store_head *head, float **op
 /* Largest opacity that points give values from low to high. */
 static double opacity_between(const cli_points *p, double low, double high)
 {
-    node nodes[CLI_POINTS_MAX];
+    node nodes[TL_SCENE_ROWS_MAX];
     for (size_t i = 0; i < p->opacity_count; i++)
         nodes[i] = (node){p->opacities[i].value, p->opacities[i].opacity, false};
     return most_opaque(nodes, p->opacity_count, low, high);

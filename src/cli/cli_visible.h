@@ -2,7 +2,7 @@
 #ifndef TETRALOD_CLI_VISIBLE_H
 #define TETRALOD_CLI_VISIBLE_H
 
-#include "cli_transfer.h"
+#include "cli_session.h"
 
 /* From --iso CHANNEL=VALUE and --transfer [CHANNEL=]FILE: opacities of the bins of all channels,
  * for a query; the larger one where both say something, 0 where nothing is said. A file is a colour
@@ -10,6 +10,13 @@
  * (tl_mem_free), NULL if neither option was given. Returns an exit status; the message is out
  * already. */
 int cli_visible_read(cli_session *session, const tl_store_head *head, float **opacity);
+
+/* Control points, by values. */
+typedef struct cli_points {
+    tl_color_point colors[TL_SCENE_ROWS_MAX];
+    tl_opacity_point opacities[TL_SCENE_ROWS_MAX];
+    size_t color_count, opacity_count;
+} cli_points;
 
 /* A change of colour, or of opacity, that is not seen in a picture of 8 bits. */
 #define CLI_UNSEEN (1.0 / 64)

@@ -5,9 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Tets of the mesh of a first look, and pixels that a view may be off if nothing is said. */
-static const uint64_t LOOK_TETS = 100000;
-static const double PIXELS = 1;
+/* Pixels that a scene goes up to; what stands in place of a bound
+ * of 0, which there is none. */
+static const double PIXELS_MOST = 1000, LEAST = 1e-300;
 
 static const cli_option DETAIL[] = {
     {CLI_ERROR, 0, "error", CLI_TYPE_LIST, "[CHANNEL=]E[%]|Npx", NULL, 0, 0,
@@ -26,11 +26,6 @@ static const cli_option DETAIL[] = {
 };
 const cli_group cli_group_detail = {"Detail", DETAIL, sizeof DETAIL / sizeof *DETAIL};
 
-cli_volume_request cli_volume_request_defaults(void)
-{
-    return (cli_volume_request){.channel = TL_NONE};
-}
-
 /* ---- what the words ask for ---- */
 
 /* "Npx" above 0. */
@@ -45,217 +40,181 @@ static bool parse_pixels(const char *text, double *pixels)
     return cli_parse_real(number, pixels) && isfinite(*pixels) && *pixels > 0;
 }
 
-/* One bound: of all channels of the step, of the one that is named, or of the visible values. */
-static int take_error(const cli_session *session, const cli_volume *volume,
-                      const cli_volume_request *request, const char *text, double *bounds,
-                      tl_cut_query *query)
+/* Bounds of channels, as the scene takes them; *pixels becomes the least of those in pixels. */
+static int take_errors(cli_session *session, cli_volume *volume, double *pixels)
 {
-    char name[CLI_NAME_BYTES];
-    double value;
-    bool percent, found = false;
-    if (parse_pixels(text, &value)) {
-        if (!request->camera)
-            return cli_misuse(session->args.verb, "--error %s: there is no view", text);
-        query->pixels = fmin(query->pixels, value);
-        return CLI_DONE;
-    }
-    if (!cli_parse_bound(text, name, &value, &percent))
-        return cli_misuse(session->args.verb,
-                          "--error %s: expected E, E%%, CHANNEL=E, CHANNEL=E%% or Npx, above 0",
-                          text);
-    for (uint32_t c = 0; c < volume->head->channel_count; c++) {
-        const tl_store_channel *channel = &volume->head->channels[c];
-        double range = channel->range[1] - channel->range[0];
-        if (!cli_in_step(channel, &volume->step)) continue;
-        if (*name ? strcmp(channel->name, name) != 0
-                  : request->channel != TL_NONE && c != request->channel)
+    char list[TL_SCENE_TEXT_BYTES] = "", name[CLI_NAME_BYTES];
+    const cli_value *errors = cli_get(session, CLI_ERROR);
+    size_t at = 0;
+    for (size_t i = 0; i < errors->item_count; i++) {
+        const char *text = errors->items[i];
+        double value;
+        bool percent;
+        if (parse_pixels(text, &value)) {
+            *pixels = fmin(*pixels, value);
             continue;
-        found = true;
-        if (c != request->channel)
-            bounds[c] = fmin(bounds[c], percent ? value * range : value);
-        else if (range > 0)
-            query->bounds.classified =
-                fmin(query->bounds.classified, percent ? value : value / range);
+        }
+        if (!cli_parse_bound(text, name, &value, &percent))
+            return cli_misuse(session->args.verb,
+                              "--error %s: expected E, E%%, CHANNEL=E, CHANNEL=E%% or Npx, above 0",
+                              text);
+        at += (size_t)snprintf(list + at, sizeof list - at, "%s%s", at ? ";" : "", text);
+        if (at >= sizeof list) return cli_misuse(session->args.verb, "--error: too much of it");
     }
-    return found || !*name ? CLI_DONE
-                           : cli_unknown_in_model(session, volume->head, &volume->step, name);
+    if (!*list) return CLI_DONE;
+    tl_status st =
+        tl_scene_set_text(session->ctx, volume->scene, TL_NODE_DETAIL + 1, "errors", list);
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+}
+
+static tl_status set_detail(cli_session *session, cli_volume *volume, const char *prop,
+                            double value)
+{
+    return tl_scene_set_real(session->ctx, volume->scene, TL_NODE_DETAIL + 1, prop, value);
 }
 
 /* A length, or a part of the diagonal. */
-static void take_length(const cli_volume *volume, const cli_value *word, double *bound)
+static tl_status take_length(cli_session *session, cli_volume *volume, const cli_value *word,
+                             const char *prop)
 {
-    if (word->given) *bound = word->percent ? word->real * volume->diagonal : word->real;
+    if (!word->given) return TL_OK;
+    const double length = word->percent ? word->real * volume->diagonal : word->real;
+    return set_detail(session, volume, prop, fmax(length, LEAST));
 }
 
-static int fill_query(const cli_session *session, const cli_volume *volume,
-                      const cli_volume_request *request, double *bounds, tl_cut_query *query)
+/* The words of cli_group_detail to the scene's node. */
+static int take_detail(cli_session *session, cli_volume *volume)
 {
-    const cli_value *errors = cli_get(session, CLI_ERROR), *tets = cli_get(session, CLI_TETS);
+    double pixels = INFINITY;
+    const cli_value *tets = cli_get(session, CLI_TETS);
     const cli_value *space = cli_get(session, CLI_SPACE_ERROR);
     const cli_value *boundary = cli_get(session, CLI_BOUNDARY_ERROR);
-    int failed = CLI_DONE;
-    for (size_t c = 0; c < volume->head->channel_count; c++) bounds[c] = INFINITY;
-    for (size_t i = 0; !failed && i < errors->item_count; i++)
-        failed = take_error(session, volume, request, errors->items[i], bounds, query);
-    query->bounds.channels = bounds;
-    query->camera = request->camera;
-    query->opacity = request->opacity;
-    query->unseen = request->unseen;
-    take_length(volume, space, &query->bounds.space);
-    take_length(volume, boundary, &query->bounds.boundary);
-    if (tets->given) query->tets_max = tets->count;
-    bool is_said = errors->given || space->given || boundary->given || tets->given;
-    if (cli_get(session, CLI_FULL)->given || (!is_said && !request->camera)) query->level = 0;
-    if (!is_said && request->camera) query->pixels = PIXELS;
-    return failed;
+    const bool is_said =
+        cli_get(session, CLI_ERROR)->given || space->given || boundary->given || tets->given;
+    int failed = take_errors(session, volume, &pixels);
+    if (failed) return failed;
+    tl_status st = take_length(session, volume, space, "space_error");
+    if (!st) st = take_length(session, volume, boundary, "boundary_error");
+    if (!st && tets->given) st = set_detail(session, volume, "tets", (double)tets->count);
+    if (!st && cli_get(session, CLI_FULL)->given)
+        st = tl_scene_set_flag(session->ctx, volume->scene, TL_NODE_DETAIL + 1, "full", true);
+    if (!st && is_said)
+        st = set_detail(session, volume, "error_px",
+                        isfinite(pixels) ? fmin(pixels, PIXELS_MOST) : 0);
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
-/* ---- a model ---- */
-
-static bool is_named(const cli_volume_request *request, const char *name)
-{
-    bool found = !request->names;
-    for (size_t i = 0; !found && i < request->name_count; i++)
-        found = strcmp(request->names[i], name) == 0;
-    return found;
-}
-
-/* The channels of the step that are asked for; all where words may name any. */
-static void choose_channels(const cli_session *session, cli_volume *volume,
-                            const cli_volume_request *request)
-{
-    bool all = cli_derive_given(session);
-    volume->channel_count = 0;
-    for (uint32_t c = 0; c < volume->head->channel_count; c++) {
-        const tl_store_channel *channel = &volume->head->channels[c];
-        if (cli_in_step(channel, &volume->step) && (all || is_named(request, channel->name)))
-            volume->channels[volume->channel_count++] = c;
-    }
-}
+/* ---- opening ---- */
 
 static int open_model(cli_session *session, cli_volume *volume)
 {
-    tl_status st = tl_store_open(session->ctx, volume->input.path, &volume->store);
+    tl_status st = tl_source_open(session->ctx, volume->input.path, &volume->source);
     if (st) return cli_fail(session, session->ctx, st);
     volume->is_model = true;
+    volume->store = tl_source_store(volume->source);
     volume->head = tl_store_get_head(volume->store);
-    volume->channels =
-        tl_mem_alloc(session->ctx, volume->head->channel_count, sizeof *volume->channels, &st);
     volume->errors =
         tl_mem_zalloc(session->ctx, volume->head->channel_count, sizeof *volume->errors, &st);
-    memcpy(volume->bounds, volume->head->stats.bounds, sizeof volume->bounds);
-    volume->diagonal = volume->head->stats.diagonal;
-    int failed = st ? cli_fail(session, session->ctx, st)
-                    : cli_choose_step(session, volume->head, &volume->step);
-    if (!failed) {
-        cli_volume_request all = cli_volume_request_defaults();
-        choose_channels(session, volume, &all);
-    }
-    return failed;
+    return st ? cli_fail(session, session->ctx, st)
+              : cli_choose_step(session, volume->head, &volume->step);
 }
 
-/* Adds and chooses what the words say. */
-static int derive(cli_session *session, cli_volume *volume)
+static int open_file(cli_session *session, cli_volume *volume)
 {
-    size_t whole = tl_mesh_tet_count(volume->input.mesh);
-    int failed = cli_derive(session, volume->bounds, &volume->input.mesh);
-    volume->whole_tets = cli_derive_chooses(session) ? whole : 0;
-    return failed;
+    int failed = cli_open_volume(session, session->ctx, volume->input.path, &volume->input);
+    if (failed) return failed;
+    tl_status st =
+        tl_source_create(session->ctx, volume->input.mesh, volume->input.path, &volume->source);
+    if (st) return cli_fail(session, session->ctx, st);
+    volume->input.mesh = NULL; /* the source's */
+    return CLI_DONE;
 }
 
-int cli_volume_begin(cli_session *session, const char *path, cli_volume *volume)
+/* The scene of the words, on top of one that is there already. */
+static int take_words(cli_session *session, cli_volume *volume)
+{
+    tl_status st = TL_OK;
+    if (!volume->scene) st = tl_scene_create(session->ctx, &volume->scene);
+    if (!st) st = tl_scene_set_bounds(session->ctx, volume->scene, volume->bounds);
+    if (!st) st = tl_view_create(session->ctx, volume->source, &volume->view);
+    if (!st && volume->step.is_chosen)
+        st = tl_scene_set_real(session->ctx, volume->scene, TL_NODE_DATA + 1, "step",
+                               volume->step.number);
+    if (st) return cli_fail(session, session->ctx, st);
+    int failed = take_detail(session, volume);
+    return failed ? failed : cli_derive(session, volume->source, volume->view, volume->scene);
+}
+
+int cli_volume_begin(cli_session *session, const char *path, tl_scene *scene, cli_volume *volume)
 {
     double start = cli_now();
-    int failed;
-    *volume = (cli_volume){.input.path = path};
-    if (tl_store_is(session->ctx, path)) {
-        failed = open_model(session, volume);
-    } else {
-        failed = cli_open_volume(session, session->ctx, path, &volume->input);
-        if (failed) return failed;
-        cli_bounds(volume->input.mesh, volume->bounds);
-        volume->diagonal = cli_diagonal(volume->input.mesh);
-        failed = derive(session, volume);
+    *volume = (cli_volume){.input.path = path, .scene = scene};
+    const bool is_model = tl_store_is(session->ctx, path);
+    int failed = is_model ? open_model(session, volume) : open_file(session, volume);
+    if (!failed) {
+        const tl_source_facts *facts = tl_source_get_facts(volume->source);
+        memcpy(volume->bounds, facts->bounds, sizeof volume->bounds);
+        volume->diagonal = facts->diagonal;
+        failed = take_words(session, volume);
     }
     volume->seconds = volume->open_seconds = cli_now() - start;
     if (failed) cli_volume_close(session, volume);
     return failed;
 }
 
-static tl_status move_cut(cli_session *session, cli_volume *volume, const tl_cut_query *query)
+int cli_volume_cut(cli_session *session, cli_volume *volume, const tl_view_request *request)
 {
-    tl_status st = TL_OK;
-    if (!volume->cut) st = tl_cut_create(session->ctx, volume->store, &volume->cut);
-    if (!st) st = tl_cut_update(volume->cut, query);
-    if (!st) volume->state = tl_cut_get_state(volume->cut);
-    for (size_t i = 0; !st && i < volume->channel_count; i++)
-        volume->errors[i] = tl_cut_channel_error(volume->cut, volume->channels[i]);
-    return st;
-}
-
-static tl_status make_mesh(cli_session *session, cli_volume *volume)
-{
-    tl_mesh_destroy(volume->input.mesh);
-    volume->input.mesh = NULL;
-    tl_status st =
-        tl_cut_mesh(volume->cut, volume->channels, volume->channel_count, &volume->input.mesh);
-    if (!st)
-        tl_mesh_set_time(volume->input.mesh,
-                         volume->step.is_chosen ? volume->step.time : volume->head->time);
-    cli_progress_clear(&session->progress);
-    return st;
-}
-
-int cli_volume_look(cli_session *session, cli_volume *volume, const tl_mesh **mesh)
-{
-    tl_status st = TL_OK;
-    if (volume->is_model) {
-        tl_cut_query query = tl_cut_query_defaults();
-        query.tets_max = LOOK_TETS;
-        st = move_cut(session, volume, &query);
-        if (!st) st = make_mesh(session, volume);
-    }
-    int failed = st ? cli_fail(session, session->ctx, st) : CLI_DONE;
-    if (!failed && volume->is_model) failed = derive(session, volume);
-    *mesh = volume->input.mesh;
-    return failed;
-}
-
-int cli_volume_cut(cli_session *session, cli_volume *volume, const cli_volume_request *request)
-{
-    tl_status st = TL_OK;
-    tl_cut_query query = tl_cut_query_defaults();
-    double start = cli_now();
+    double start = cli_now(), pixels;
+    const cli_value *errors = cli_get(session, CLI_ERROR);
     if (!volume->is_model) return CLI_DONE;
     volume->has_view = request->camera != NULL;
-    choose_channels(session, volume, request);
-    double *bounds = tl_mem_alloc(session->ctx, volume->head->channel_count, sizeof *bounds, &st);
-    int failed = st ? cli_fail(session, session->ctx, st)
-                    : fill_query(session, volume, request, bounds, &query);
-    if (!failed) {
-        st = move_cut(session, volume, &query);
-        if (st) failed = cli_fail(session, session->ctx, st);
-    }
-    tl_mem_free(session->ctx, bounds);
+    for (size_t i = 0; !volume->has_view && i < errors->item_count; i++)
+        if (parse_pixels(errors->items[i], &pixels))
+            return cli_misuse(session->args.verb, "--error %s: there is no view", errors->items[i]);
+    tl_status st = tl_view_cut(session->ctx, volume->view, volume->scene, request, &volume->state);
     volume->cut_seconds = cli_now() - start;
-    return failed;
+    if (st) return cli_fail(session, session->ctx, st);
+    volume->cut = tl_view_get_cut(volume->view);
+    volume->error_count = 0;
+    for (uint32_t c = 0; c < volume->head->channel_count; c++)
+        if (cli_in_step(&volume->head->channels[c], &volume->step))
+            volume->errors[volume->error_count++] = (tl_content_error){
+                volume->head->channels[c].name, tl_cut_channel_error(volume->cut, c)};
+    return CLI_DONE;
 }
 
 int cli_volume_mesh(cli_session *session, cli_volume *volume)
 {
     double start = cli_now();
-    if (!volume->is_model) return CLI_DONE;
-    tl_status st = make_mesh(session, volume);
-    int failed = st ? cli_fail(session, session->ctx, st) : derive(session, volume);
+    tl_status st =
+        tl_view_mesh(session->ctx, volume->view, volume->scene, &volume->mesh, &volume->whole_tets);
+    cli_progress_clear(&session->progress);
     volume->mesh_seconds = cli_now() - start;
     volume->seconds = volume->open_seconds + volume->cut_seconds + volume->mesh_seconds;
-    return failed;
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
+}
+
+tl_status cli_volume_take(cli_session *session, cli_volume *volume, const tl_content *content)
+{
+    const tl_content_facts *f = tl_content_get_facts(content);
+    volume->cut_seconds = f->cut_s;
+    volume->mesh_seconds = f->mesh_s;
+    volume->seconds = volume->open_seconds + f->cut_s + f->mesh_s;
+    tl_status st =
+        tl_view_mesh(session->ctx, volume->view, volume->scene, &volume->mesh, &volume->whole_tets);
+    if (st || !volume->is_model) return st;
+    volume->cut = tl_view_get_cut(volume->view);
+    volume->state = tl_cut_get_state(volume->cut);
+    volume->has_view = true;
+    volume->error_count = f->error_count;
+    memcpy(volume->errors, f->errors, f->error_count * sizeof *f->errors);
+    return TL_OK;
 }
 
 int cli_volume_open(cli_session *session, const char *path, cli_volume *volume)
 {
-    cli_volume_request request = cli_volume_request_defaults();
-    int failed = cli_volume_begin(session, path, volume);
+    const tl_view_request request = tl_view_request_defaults();
+    int failed = cli_volume_begin(session, path, NULL, volume);
     if (failed) return failed;
     failed = cli_volume_cut(session, volume, &request);
     if (!failed) failed = cli_volume_mesh(session, volume);
@@ -265,11 +224,11 @@ int cli_volume_open(cli_session *session, const char *path, cli_volume *volume)
 
 void cli_volume_close(cli_session *session, cli_volume *volume)
 {
-    tl_cut_destroy(volume->cut);
     tl_mem_free(session->ctx, volume->errors);
-    tl_mem_free(session->ctx, volume->channels);
+    tl_view_destroy(volume->view);
+    tl_scene_destroy(session->ctx, volume->scene);
+    tl_source_destroy(volume->source);
     cli_close(&volume->input);
-    tl_store_close(volume->store);
     *volume = (cli_volume){0};
 }
 
@@ -327,7 +286,7 @@ int cli_carried(cli_session *session, const tl_mesh *mesh, size_t **carried, siz
 static void print_chosen(const cli_volume *volume)
 {
     if (!volume->whole_tets) return;
-    printf("kept        %s of %s tets\n", cli_count(tl_mesh_tet_count(volume->input.mesh)).s,
+    printf("kept        %s of %s tets\n", cli_count(tl_mesh_tet_count(volume->mesh)).s,
            cli_count(volume->whole_tets).s);
 }
 
@@ -342,10 +301,9 @@ void cli_print_volume(cli_session *session, const cli_volume *volume)
            cli_count(volume->state.tets).s, cli_count(volume->head->input_tets).s,
            cli_count(volume->state.patches).s,
            cli_bytes((double)cli_file_bytes(volume->input.path)).s, cli_seconds(volume->seconds).s);
-    for (size_t i = 0; i < volume->channel_count; i++)
-        printf("            %s within %s\n",
-               cli_name(volume->head->channels[volume->channels[i]].name).s,
-               cli_real(volume->errors[i]).s);
+    for (size_t i = 0; i < volume->error_count; i++)
+        printf("            %s within %s\n", cli_name(volume->errors[i].channel).s,
+               cli_real(volume->errors[i].error).s);
     printf("            boundary within %s\n", cli_real(volume->state.boundary_error).s);
     if (volume->has_view)
         printf("            off by at most %s pixels on the screen\n",
@@ -358,14 +316,13 @@ void cli_print_volume(cli_session *session, const cli_volume *volume)
 static void put_model(json_t *object, const cli_volume *volume)
 {
     cli_json_count(object, "tets", volume->state.tets);
-    if (volume->input.mesh)
-        cli_json_count(object, "vertices", tl_mesh_vert_count(volume->input.mesh));
+    if (volume->mesh) cli_json_count(object, "vertices", tl_mesh_vert_count(volume->mesh));
     cli_json_count(object, "patches", volume->state.patches);
     json_t *list = cli_json_list(object, "bounds_promised");
-    for (size_t i = 0; i < volume->channel_count; i++) {
+    for (size_t i = 0; i < volume->error_count; i++) {
         json_t *item = cli_json_item(list);
-        cli_json_text(item, "channel", volume->head->channels[volume->channels[i]].name);
-        cli_json_real(item, "error", volume->errors[i]);
+        cli_json_text(item, "channel", volume->errors[i].channel);
+        cli_json_real(item, "error", volume->errors[i].error);
     }
     cli_json_real(object, "boundary_error", volume->state.boundary_error);
     cli_json_real(object, "space_error", volume->state.space_error);
@@ -376,14 +333,13 @@ static void put_model(json_t *object, const cli_volume *volume)
 
 void cli_json_volume(json_t *object, const cli_volume *volume)
 {
-    if (volume->whole_tets)
-        cli_json_count(object, "kept_tets", tl_mesh_tet_count(volume->input.mesh));
+    if (volume->whole_tets) cli_json_count(object, "kept_tets", tl_mesh_tet_count(volume->mesh));
     if (volume->is_model) {
         put_model(object, volume);
         return;
     }
-    cli_json_count(object, "tets", tl_mesh_tet_count(volume->input.mesh));
-    cli_json_count(object, "vertices", tl_mesh_vert_count(volume->input.mesh));
+    cli_json_count(object, "tets", tl_mesh_tet_count(volume->mesh));
+    cli_json_count(object, "vertices", tl_mesh_vert_count(volume->mesh));
 }
 
 void cli_json_volume_seconds(json_t *object, const cli_volume *volume)

@@ -54,6 +54,7 @@ static const char *const MAPS[] = {"viridis", "inferno",      "magma", "plasma",
                                    "cividis", "cool-to-warm", "grey",  NULL};
 static const char *const RANGES[] = {"most", "data", "percent", "values", NULL};
 static const char *const MARKS[] = {"none", "patches", "levels", NULL};
+static const char *const METHODS[] = {"auto", "projected", "rays", NULL};
 static const char *const SHAPES[] = {"tube", "flat", "ribbon", NULL};
 
 static const tl_prop_info DATA[] = {
@@ -94,6 +95,9 @@ static const tl_prop_info DETAIL[] = {
     {"error", TL_PROP_REAL, 1, POSITIVE, true, NULL, "channel", "0",
      "by how much the values of error_channel may be off; 0: no such bound"},
     CHANNEL("error_channel", "the channel of error; empty: every channel that is shown"),
+    TEXT("errors", "",
+         "bounds of several channels, E, E%, CHANNEL=E or CHANNEL=E% (of the range), with ; "
+         "between"),
     {"space_error", TL_PROP_REAL, 1, POSITIVE, true, NULL, "mesh units", "0",
      "how far isosurfaces may be off; 0: no such bound"},
     {"boundary_error", TL_PROP_REAL, 1, POSITIVE, true, NULL, "mesh units", "0",
@@ -155,6 +159,7 @@ static const tl_prop_info TRANSFER[] = {
 static const tl_prop_info VOLUME[] = {
     VISIBLE,
     CHANNEL("channel", "what is seen as a cloud"),
+    CHOICE("method", METHODS, "auto", "how OpenGL draws it: tet by tet, or by a ray a pixel"),
     FLAG("lit", "off", "light on it"),
     {"gradient_opacity", TL_PROP_REAL, 1, POSITIVE, true, NULL, "", "0",
      "full opacity from this length of the gradient on, less where it is smaller; 0: everywhere"},

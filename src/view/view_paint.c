@@ -1,0 +1,284 @@
+/* Paints: how a channel is coloured. What is automatic in its transfer node follows from the values
+ * of a coarse mesh, so that it stays while the cut moves. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "view/view.h"
+
+/* Opacities hold for a layer as thick as this part of the diagonal. */
+static const double UNIT_DISTANCE = 0.02;
+/* Part of the volume whose values are left out at either end of "most". */
+static const double TAIL = 0.002;
+/* Channels of larger or smaller numbers are scaled before anything is computed with them. */
+enum { EXPONENT_MOST = 200, EXPONENT_LEAST = -1000 };
+
+typedef enum range_by { BY_MOST, BY_DATA, BY_PERCENT, BY_VALUES } range_by;
+
+/* A transfer node, or what holds for a channel without one. */
+typedef struct wishes {
+    const char *node; /* its name */
+    const char *map;
+    bool reversed, logarithmic;
+    range_by by;
+    double range[2], parts[2], unit_distance;
+    tl_value colors, opacities; /* rows */
+} wishes;
+
+static wishes wishes_of(tl_ctx *ctx, const tl_scene *scene, const char *channel)
+{
+    tl_value value;
+    const tl_node node = tl_scene_transfer_of(scene, channel);
+    wishes w = {.node = channel, .map = "viridis", .by = BY_MOST};
+    if (!node) return w;
+    w.node = tl_scene_name(scene, node);
+    w.map = tl_scene_text(scene, node, "map");
+    w.reversed = tl_scene_flag(scene, node, "reversed");
+    w.logarithmic = tl_scene_flag(scene, node, "logarithmic");
+    w.by = (range_by)tl_scene_real(scene, node, "range_by");
+    w.unit_distance = tl_scene_real(scene, node, "unit_distance");
+    if (!tl_scene_get(ctx, scene, node, "range", &value) && value.count == 2)
+        memcpy(w.range, value.reals, sizeof w.range);
+    if (!tl_scene_get(ctx, scene, node, "percent", &value) && value.count == 2)
+        for (int k = 0; k < 2; k++) w.parts[k] = value.reals[k] / 100;
+    if (tl_scene_get(ctx, scene, node, "colors", &w.colors)) w.colors = (tl_value){0};
+    if (tl_scene_get(ctx, scene, node, "opacities", &w.opacities)) w.opacities = (tl_value){0};
+    return w;
+}
+
+double tli_paint_shown(const tli_paint *paint, double value)
+{
+    return tli_shown(paint->values.logarithmic, paint->factor, value);
+}
+
+double tli_paint_value(const tli_paint *paint, double shown)
+{
+    return paint->values.logarithmic ? pow(10, shown) : shown / paint->factor;
+}
+
+/* ---- range ---- */
+
+/* Extremes of the values, and what they have to be scaled by. */
+static void measure(tli_paint *paint, const tl_mesh *mesh, const tl_channel *channel)
+{
+    tl_values *v = &paint->values;
+    const size_t count =
+        channel->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);
+    int exponent = 0;
+    v->least = (double)INFINITY;
+    v->most = -(double)INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        const double value = tli_length_at(channel, i);
+        if (!isfinite(value) || (v->logarithmic && !(value > 0))) continue;
+        v->least = fmin(v->least, value);
+        v->most = fmax(v->most, value);
+    }
+    if (!(v->least <= v->most)) v->least = v->most = v->logarithmic ? 1 : 0;
+    const double largest = fmax(fabs(v->least), fabs(v->most));
+    if (largest > 0) frexp(largest, &exponent);
+    paint->factor = !v->logarithmic && abs(exponent) > EXPONENT_MOST ? ldexp(1, -exponent) : 1;
+    if (!v->logarithmic && exponent < EXPONENT_LEAST) paint->factor = ldexp(1, -EXPONENT_LEAST);
+}
+
+static tl_status set_range(tl_ctx *ctx, const wishes *w, const tli_sample *samples, size_t count,
+                           tli_paint *paint)
+{
+    tl_values *v = &paint->values;
+    double look[2] = {tli_paint_shown(paint, v->least), tli_paint_shown(paint, v->most)};
+    if (w->by == BY_VALUES) {
+        if (!(w->range[0] <= w->range[1]) || (v->logarithmic && !(w->range[0] > 0)))
+            return tl_fail(ctx, TL_ERR_ARG, "%s.range: from %g to %g, expected %s", w->node,
+                           w->range[0], w->range[1],
+                           v->logarithmic && !(w->range[0] > 0) ? "a scale that begins above 0"
+                                                                : "the lower one first");
+        memcpy(v->range, w->range, sizeof v->range);
+        return TL_OK;
+    }
+    if (w->by == BY_PERCENT && !(w->parts[0] <= w->parts[1]))
+        return tl_fail(ctx, TL_ERR_ARG, "%s.percent: from %g to %g, expected the lower one first",
+                       w->node, 100 * w->parts[0], 100 * w->parts[1]);
+    const double parts[2] = {w->by == BY_PERCENT ? w->parts[0] : TAIL,
+                             w->by == BY_PERCENT ? w->parts[1] : 1 - TAIL};
+    if (w->by != BY_DATA && count) {
+        const double tails[2] = {tli_rank_value(samples, count, parts[0]),
+                                 tli_rank_value(samples, count, parts[1])};
+        if (tails[0] < tails[1] || w->by == BY_PERCENT) memcpy(look, tails, sizeof look);
+    }
+    for (int i = 0; i < 2; i++) v->range[i] = tli_paint_value(paint, look[i]);
+    if (w->by == BY_PERCENT && !count) v->range[0] = v->range[1] = 0;
+    return TL_OK;
+}
+
+/* ---- colours ---- */
+
+/* What is drawn for a value; below 0 on a logarithmic scale: for the least value there is. */
+static double shown_point(const tli_paint *paint, double value)
+{
+    return tli_paint_shown(paint,
+                           paint->values.logarithmic && !(value > 0) ? paint->values.least : value);
+}
+
+/* The points of a map over the range, or of the node's own colours, over whose range they go. */
+static tl_status set_colors(tl_ctx *ctx, const wishes *w, tli_paint *paint)
+{
+    tl_status st = TL_OK;
+    tl_values *v = &paint->values;
+    size_t map_count;
+    const tl_color_point *map = tl_colormap(w->map, &map_count);
+    const size_t own = w->colors.count / 4, count = own ? own : map_count;
+    TL_ASSERT(map);
+    paint->colors = tl_mem_alloc(ctx, count, sizeof *paint->colors, &st);
+    if (st) return st;
+    v->color_count = count;
+    if (own) {
+        v->range[0] = w->colors.reals[0];
+        v->range[1] = w->colors.reals[4 * (own - 1)];
+        if (v->logarithmic && !(v->range[0] > 0)) v->range[0] = v->least;
+    }
+    const double shown[2] = {tli_paint_shown(paint, v->range[0]),
+                             tli_paint_shown(paint, v->range[1])};
+    for (size_t i = 0; i < count; i++) {
+        tl_color_point *p = &paint->colors[i];
+        if (own) {
+            p->value = shown_point(paint, w->colors.reals[4 * i]);
+            memcpy(p->rgb, w->colors.reals + 4 * i + 1, sizeof p->rgb);
+        } else {
+            *p = map[w->reversed ? count - 1 - i : i];
+            const double at = w->reversed ? 1 - p->value : p->value;
+            p->value = shown[0] + at * (shown[1] - shown[0]);
+        }
+    }
+    memcpy(v->shown_range, shown, sizeof shown);
+    return TL_OK;
+}
+
+static tl_status set_opacities(tl_ctx *ctx, const wishes *w, const tli_sample *samples,
+                               size_t count, tli_paint *paint)
+{
+    tl_status st = TL_OK;
+    const size_t own = w->opacities.count / 2;
+    paint->opacities =
+        tl_mem_alloc(ctx, own ? own : TLI_LOOK_POINTS, sizeof *paint->opacities, &st);
+    if (st) return st;
+    for (size_t i = 0; i < own; i++)
+        paint->opacities[i] = (tl_opacity_point){shown_point(paint, w->opacities.reals[2 * i]),
+                                                 w->opacities.reals[2 * i + 1]};
+    paint->values.opacity_count =
+        own ? own : tli_look_opacities(samples, count, paint->values.shown_range, paint->opacities);
+    return TL_OK;
+}
+
+/* The points again, by their values. */
+static tl_status set_values(tl_ctx *ctx, tli_paint *paint)
+{
+    tl_status st = TL_OK;
+    tl_values *v = &paint->values;
+    paint->value_colors = tl_mem_alloc(ctx, v->color_count, sizeof *paint->value_colors, &st);
+    paint->value_opacities =
+        tl_mem_alloc(ctx, v->opacity_count, sizeof *paint->value_opacities, &st);
+    for (size_t i = 0; !st && i < v->color_count; i++) {
+        paint->value_colors[i] = paint->colors[i];
+        paint->value_colors[i].value = tli_paint_value(paint, paint->colors[i].value);
+    }
+    for (size_t i = 0; !st && i < v->opacity_count; i++) {
+        paint->value_opacities[i] = paint->opacities[i];
+        paint->value_opacities[i].value = tli_paint_value(paint, paint->opacities[i].value);
+    }
+    v->colors = paint->value_colors;
+    v->opacities = paint->value_opacities;
+    return st;
+}
+
+/* ---- all of it ---- */
+
+static tl_status set_names(tl_ctx *ctx, const char *name, const tl_channel *channel,
+                           tli_paint *paint)
+{
+    tl_status st = TL_OK;
+    const char *bar = channel->components > 1 ? "|" : "";
+    const bool has_unit = *channel->unit != '\0';
+    const size_t room = strlen(name) + strlen(channel->unit) + 8;
+    paint->channel = tli_strdup(ctx, name, &st);
+    paint->title = tl_mem_alloc(ctx, room, 1, &st);
+    if (!st)
+        snprintf(paint->title, room, "%s%s%s%s%s%s", bar, name, bar, has_unit ? " [" : "",
+                 channel->unit, has_unit ? "]" : "");
+    paint->values.channel = paint->channel;
+    paint->values.title = paint->title;
+    return st;
+}
+
+static tl_status fill(tl_ctx *ctx, const wishes *w, tli_body *look, const char *name,
+                      tli_paint *paint)
+{
+    const tl_channel *channel;
+    tli_scalar *scalar;
+    tli_sample *samples = NULL;
+    size_t count = 0;
+    tl_values *v = &paint->values;
+    tl_status st = tli_body_channel(ctx, look, name, &channel);
+    if (!st) st = set_names(ctx, name, channel, paint);
+    if (st) return st;
+    v->logarithmic = w->logarithmic;
+    measure(paint, look->mesh, channel);
+    st = tli_body_scalar(ctx, look, name, v->logarithmic, paint->factor, &scalar);
+    if (!st) st = tli_take_samples(ctx, look->mesh, scalar->values, &samples, &count);
+    if (!st) st = set_range(ctx, w, samples, count, paint);
+    if (!st) st = set_colors(ctx, w, paint);
+    if (!st) st = set_opacities(ctx, w, samples, count, paint);
+    tl_mem_free(ctx, samples);
+    if (!st) st = set_values(ctx, paint);
+    const double unit =
+        w->unit_distance > 0 ? w->unit_distance : UNIT_DISTANCE * fmax(look->diagonal, 1e-300);
+    if (!st)
+        st = tl_transfer_create(ctx, paint->colors, v->color_count, paint->opacities,
+                                v->opacity_count, unit, &paint->transfer);
+    v->transfer = paint->transfer;
+    return st;
+}
+
+tli_recipe tli_paint_recipe(const tli_body *look, const tl_scene *scene, const char *channel)
+{
+    const tl_node node = tl_scene_transfer_of(scene, channel);
+    return tli_recipe_count(tli_recipe_text(look->recipe, channel),
+                            node ? tl_scene_node_version(scene, node) : 0);
+}
+
+tl_status tli_paint_create(tl_ctx *ctx, const tl_scene *scene, tli_body *look, const char *channel,
+                           tli_paint **paint)
+{
+    tl_status st = TL_OK;
+    const wishes w = wishes_of(ctx, scene, channel);
+    tli_paint *made = tl_mem_zalloc(ctx, 1, sizeof *made, &st);
+    *paint = NULL;
+    if (st) return st;
+    made->ctx = ctx;
+    made->recipe = tli_paint_recipe(look, scene, channel);
+    atomic_init(&made->uses, 1);
+    st = fill(ctx, &w, look, channel, made);
+    if (st)
+        tli_paint_release(made);
+    else
+        *paint = made;
+    return st;
+}
+
+tli_paint *tli_paint_use(tli_paint *paint)
+{
+    atomic_fetch_add(&paint->uses, 1);
+    return paint;
+}
+
+void tli_paint_release(tli_paint *paint)
+{
+    if (!paint || atomic_fetch_sub(&paint->uses, 1) > 1) return;
+    tl_ctx *ctx = paint->ctx;
+    tl_transfer_destroy(ctx, paint->transfer);
+    tl_mem_free(ctx, paint->value_opacities);
+    tl_mem_free(ctx, paint->value_colors);
+    tl_mem_free(ctx, paint->opacities);
+    tl_mem_free(ctx, paint->colors);
+    tl_mem_free(ctx, paint->title);
+    tl_mem_free(ctx, paint->channel);
+    tl_mem_free(ctx, paint);
+}

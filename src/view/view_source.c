@@ -1,0 +1,309 @@
+/* Sources: a model, of which no more than its head is read, or a mesh; coarse looks at models. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "view/view.h"
+
+/* Tets of a look. */
+static const uint64_t LOOK_TETS = 100000;
+
+/* ---- facts ---- */
+
+bool tli_in_step(const tl_store_channel *channel, int64_t step)
+{
+    return !channel->has_step || (int64_t)channel->step == step;
+}
+
+/* The first place of a channel's name among those on the same kind of element. */
+static uint32_t first_of_name(const tl_store_head *head, uint32_t c)
+{
+    uint32_t i = 0;
+    while (strcmp(head->channels[i].name, head->channels[c].name) != 0 ||
+           head->channels[i].on != head->channels[c].on)
+        i++;
+    return i;
+}
+
+static void add_step(const tl_store_channel *channel, tl_source_step *steps, size_t *count)
+{
+    size_t at = *count;
+    for (size_t i = 0; i < *count; i++)
+        if (steps[i].number == channel->step) return;
+    while (at && steps[at - 1].number > channel->step) at--;
+    memmove(steps + at + 1, steps + at, (*count - at) * sizeof *steps);
+    steps[at] = (tl_source_step){channel->step, channel->time};
+    ++*count;
+}
+
+static tl_status set_model_facts(tl_ctx *ctx, tl_source *source)
+{
+    tl_status st = TL_OK;
+    const tl_store_head *head = tl_store_get_head(source->store);
+    tl_source_facts *facts = &source->facts;
+    tl_source_channel *channels = tl_mem_zalloc(ctx, head->channel_count, sizeof *channels, &st);
+    facts->channels = channels;
+    tl_source_step *steps = tl_mem_zalloc(ctx, head->channel_count, sizeof *steps, &st);
+    facts->steps = steps;
+    uint32_t *places = tl_mem_alloc(ctx, head->channel_count, sizeof *places, &st);
+    for (uint32_t c = 0; !st && c < head->channel_count; c++) {
+        const tl_store_channel *own = &head->channels[c];
+        const uint32_t first = first_of_name(head, c);
+        if (own->has_step) add_step(own, steps, &facts->step_count);
+        if (first == c) {
+            places[c] = (uint32_t)facts->channel_count;
+            channels[facts->channel_count++] = (tl_source_channel){
+                own->name,    own->unit, own->components, own->on, {own->range[0], own->range[1]},
+                own->has_step};
+        }
+        double *range = channels[places[first]].range;
+        range[0] = fmin(range[0], own->range[0]);
+        range[1] = fmax(range[1], own->range[1]);
+    }
+    tl_mem_free(ctx, places);
+    facts->is_model = true;
+    facts->tets = head->input_tets;
+    facts->verts = head->input_verts;
+    memcpy(facts->bounds, head->stats.bounds, sizeof facts->bounds);
+    facts->diagonal = head->stats.diagonal;
+    facts->file_bytes = head->file_bytes;
+    return st;
+}
+
+static tl_status set_mesh_facts(tl_ctx *ctx, tl_source *source)
+{
+    tl_status st = TL_OK;
+    const tl_mesh *mesh = source->body->mesh;
+    tl_source_facts *facts = &source->facts;
+    tl_source_channel *channels =
+        tl_mem_zalloc(ctx, tl_mesh_channel_count(mesh), sizeof *channels, &st);
+    facts->channels = channels;
+    for (size_t c = 0; !st && c < tl_mesh_channel_count(mesh); c++) {
+        const tl_channel *own = tl_mesh_channel(mesh, c);
+        channels[c] = (tl_source_channel){
+            .name = own->name, .unit = own->unit, .components = own->components, .on = own->on};
+        tl_channel_range(
+            own, own->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh),
+            channels[c].range, NULL);
+    }
+    facts->channel_count = st ? 0 : tl_mesh_channel_count(mesh);
+    facts->tets = tl_mesh_tet_count(mesh);
+    facts->verts = tl_mesh_vert_count(mesh);
+    memcpy(facts->bounds, source->body->bounds, sizeof facts->bounds);
+    facts->diagonal = source->body->diagonal;
+    return st;
+}
+
+/* ---- life ---- */
+
+static tl_status create(tl_ctx *ctx, const char *name, tl_source **source)
+{
+    tl_status st = TL_OK;
+    *source = tl_mem_zalloc(ctx, 1, sizeof **source, &st);
+    if (st) return st;
+    (*source)->ctx = ctx;
+    st = tli_lock_create(ctx, &(*source)->lock);
+    if (st) {
+        tl_mem_free(ctx, *source);
+        *source = NULL;
+        return st;
+    }
+    (*source)->facts.name = (*source)->name = tli_strdup(ctx, name, &st);
+    return st;
+}
+
+/* Ends a source that was not made whole. */
+static tl_status fail(tl_source **source, tl_status status)
+{
+    tl_source_destroy(*source);
+    *source = NULL;
+    return status;
+}
+
+tl_status tl_source_open(tl_ctx *ctx, const char *path, tl_source **source)
+{
+    tl_status st = create(ctx, path, source);
+    if (!st) st = tl_store_open(ctx, path, &(*source)->store);
+    if (!st) st = set_model_facts(ctx, *source);
+    return st ? fail(source, st) : TL_OK;
+}
+
+tl_status tl_source_create(tl_ctx *ctx, tl_mesh *mesh, const char *name, tl_source **source)
+{
+    *source = NULL;
+    if (!tl_mesh_tet_count(mesh))
+        return tl_fail(ctx, TL_ERR_DATA, "'%s': there are no tets in it", name);
+    tl_status st = create(ctx, name, source);
+    tli_body *body = st ? NULL : tl_mem_zalloc(ctx, 1, sizeof *body, &st);
+    tl_mem_free(ctx, body); /* so that what takes over the mesh is not what fails */
+    if (!st) st = tli_body_create(ctx, mesh, 1, &(*source)->body);
+    if (!st) {
+        st = set_mesh_facts(ctx, *source);
+        if (st) (*source)->body->mesh = NULL; /* stays the caller's */
+    }
+    return st ? fail(source, st) : TL_OK;
+}
+
+void tl_source_destroy(tl_source *source)
+{
+    if (!source) return;
+    tl_ctx *ctx = source->ctx;
+    for (size_t i = 0; i < source->look_count; i++) tli_body_release(source->looks[i].body);
+    tl_mem_free(ctx, source->looks);
+    tli_body_release(source->body);
+    tl_store_close(source->store);
+    tli_free_const(ctx, source->facts.steps);
+    tli_free_const(ctx, source->facts.channels);
+    tl_mem_free(ctx, source->name);
+    tli_lock_destroy(&source->lock);
+    tl_mem_free(ctx, source);
+}
+
+const tl_source_facts *tl_source_get_facts(const tl_source *source)
+{
+    return &source->facts;
+}
+
+uint64_t tl_source_bytes_read(const tl_source *source)
+{
+    return source->store ? tl_store_bytes_read(source->store) : 0;
+}
+
+tl_store *tl_source_store(const tl_source *source)
+{
+    return source->store;
+}
+
+/* ---- steps and channels ---- */
+
+tl_status tli_source_step(tl_ctx *ctx, const tl_source *source, int64_t wanted, int64_t *step,
+                          double *time)
+{
+    char list[1024] = "";
+    size_t at = 0;
+    const tl_source_facts *facts = &source->facts;
+    *step = -1;
+    *time = source->store  ? tl_store_get_head(source->store)->time
+            : source->body ? tl_mesh_time(source->body->mesh)
+                           : (double)NAN;
+    for (size_t i = 0; i < facts->step_count; i++) {
+        if (wanted >= 0 && facts->steps[i].number != (uint64_t)wanted) continue;
+        *step = facts->steps[i].number;
+        *time = facts->steps[i].time;
+        return TL_OK;
+    }
+    if (wanted < 0) return TL_OK;
+    if (!facts->step_count)
+        return tl_fail(ctx, TL_ERR_ARG, "step %lld: '%s' has no time steps", (long long)wanted,
+                       facts->name);
+    for (size_t i = 0; i < facts->step_count && at < sizeof list; i++) {
+        const int n = snprintf(list + at, sizeof list - at, " %u", facts->steps[i].number);
+        at += n > 0 ? (size_t)n : 0;
+    }
+    tl_fail(ctx, TL_ERR_ARG, "step %lld: the model has no such step", (long long)wanted);
+    return tl_note(ctx, TL_ERR_ARG, "steps:%s", list);
+}
+
+uint32_t tli_source_channel(const tl_source *source, int64_t step, const char *name)
+{
+    const tl_store_head *head = source->store ? tl_store_get_head(source->store) : NULL;
+    for (uint32_t c = 0; head && c < head->channel_count; c++)
+        if (head->channels[c].on == TL_ON_VERTEX && tli_in_step(&head->channels[c], step) &&
+            strcmp(head->channels[c].name, name) == 0)
+            return c;
+    return TL_NONE;
+}
+
+/* ---- meshes ---- */
+
+static int by_number(const void *a, const void *b)
+{
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* The mesh of a cut has the patches one after another, by number. */
+static tl_status set_runs(tl_ctx *ctx, const tl_store *store, const tl_cut *cut, tli_body *body)
+{
+    tl_status st = TL_OK;
+    size_t count;
+    const uint32_t *drawn = tl_cut_patches(cut, &count);
+    uint32_t *numbers = tl_mem_alloc(ctx, count, sizeof *numbers, &st);
+    body->runs = tl_mem_alloc(ctx, count, sizeof *body->runs, &st);
+    if (!st && count) memcpy(numbers, drawn, count * sizeof *numbers);
+    if (!st && count) qsort(numbers, count, sizeof *numbers, by_number);
+    for (size_t i = 0; !st && i < count; i++) {
+        tl_patch_info info;
+        st = tl_store_patch(ctx, store, numbers[i], &info);
+        if (!st) body->runs[i] = (tli_run){info.tet_count, info.level};
+    }
+    body->run_count = st ? 0 : count;
+    tl_mem_free(ctx, numbers);
+    return st;
+}
+
+tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, const size_t *channels,
+                          size_t channel_count, double time, tli_recipe recipe, tli_body **body)
+{
+    tl_mesh *mesh = NULL;
+    *body = NULL;
+    tl_status st = tl_cut_mesh(cut, channels, channel_count, &mesh);
+    if (st) return st;
+    tl_mesh_set_time(mesh, time);
+    st = tli_body_create(ctx, mesh, recipe, body);
+    if (!st) st = set_runs(ctx, source->store, cut, *body);
+    if (st) {
+        tli_body_release(*body);
+        *body = NULL;
+    }
+    return st;
+}
+
+static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, tli_body **body)
+{
+    tl_status st = TL_OK;
+    tl_cut *cut = NULL;
+    const tl_store_head *head = tl_store_get_head(source->store);
+    size_t *channels = tl_mem_alloc(ctx, head->channel_count, sizeof *channels, &st);
+    size_t count = 0;
+    tl_cut_query query = tl_cut_query_defaults();
+    query.tets_max = LOOK_TETS;
+    for (uint32_t c = 0; !st && c < head->channel_count; c++)
+        if (tli_in_step(&head->channels[c], step)) channels[count++] = c;
+    if (!st) st = tl_cut_create(ctx, source->store, &cut);
+    if (!st) st = tl_cut_update(cut, &query);
+    if (!st)
+        st = tli_source_mesh(ctx, source, cut, channels, count, head->time,
+                             tli_recipe_count(2, (uint64_t)step), body);
+    tl_cut_destroy(cut);
+    tl_mem_free(ctx, channels);
+    return st;
+}
+
+/* Under the lock. */
+static tl_status find_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
+{
+    tl_status st = TL_OK;
+    for (size_t i = 0; i < source->look_count; i++)
+        if (source->looks[i].step == step) *body = tli_body_use(source->looks[i].body);
+    if (*body) return TL_OK;
+    tli_look *grown = tl_mem_resize(source->ctx, source->looks, source->look_count + 1,
+                                    sizeof *source->looks, &st);
+    source->looks = grown;
+    if (!st) st = make_look(ctx, source, step, body);
+    if (!st) source->looks[source->look_count++] = (tli_look){step, tli_body_use(*body)};
+    return st;
+}
+
+tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
+{
+    *body = NULL;
+    if (source->body) {
+        *body = tli_body_use(source->body);
+        return TL_OK;
+    }
+    tli_lock_take(&source->lock);
+    tl_status st = find_look(ctx, source, step, body);
+    tli_lock_give(&source->lock);
+    return st;
+}

@@ -1,0 +1,376 @@
+/* The things of a scene, made of a body: volume, surfaces, planes, boundary, edges. */
+#include <math.h>
+
+#include "view/view.h"
+
+static const double GREY[3] = {0.74, 0.75, 0.77}, INK[3] = {0.15, 0.15, 0.17};
+/* Opacity of a boundary around other things; shine of one that shows values. */
+static const double GLASS = 0.15, MATT = 0.05;
+
+/* ---- helpers ---- */
+
+static double real(const tli_maker *m, const tli_entry *entry, const char *prop)
+{
+    return tl_scene_real(m->agenda->scene, entry->node, prop);
+}
+
+tli_recipe tli_maker_recipe(const tli_maker *maker, const tli_entry *entry)
+{
+    return tli_recipe_count(maker->body->recipe, (uint64_t)entry->kind);
+}
+
+bool tli_node_color(const tli_maker *maker, const tli_entry *entry, const double other[3],
+                    double rgb[3])
+{
+    tl_value value;
+    const bool has =
+        !tl_scene_get(maker->ctx, maker->agenda->scene, entry->node, "color", &value) &&
+        value.count == 3;
+    memcpy(rgb, has ? value.reals : other, 3 * sizeof *rgb);
+    return has;
+}
+
+void tli_shape_release(tli_shape *shape)
+{
+    if (!shape || atomic_fetch_sub(&shape->uses, 1) > 1) return;
+    for (int i = 0; i < 2; i++) tl_polydata_destroy(shape->ctx, shape->parts[i]);
+    tl_mem_free(shape->ctx, shape);
+}
+
+/* Takes over the use of a shape, also on failure. */
+static tl_status add_shape(tli_maker *m, tli_shape *shape)
+{
+    tl_status st = TL_OK;
+    tl_content *c = m->content;
+    c->shapes = tl_mem_resize(m->ctx, c->shapes, c->shape_count + 1, sizeof *c->shapes, &st);
+    if (st)
+        tli_shape_release(shape);
+    else
+        c->shapes[c->shape_count++] = shape;
+    return st;
+}
+
+const tli_shape *tli_maker_find(tli_maker *maker, tli_recipe recipe, tl_status *st)
+{
+    const tl_content *content = maker->content;
+    const tl_view *view = maker->view;
+    for (size_t i = 0; i < content->shape_count; i++)
+        if (content->shapes[i]->recipe == recipe) return content->shapes[i];
+    for (size_t i = 0; i < view->shape_count; i++)
+        if (view->shapes[i]->recipe == recipe) {
+            tli_shape *shape = view->shapes[i];
+            atomic_fetch_add(&shape->uses, 1);
+            *st = add_shape(maker, shape);
+            return *st ? NULL : shape;
+        }
+    return NULL;
+}
+
+tl_status tli_maker_keep(tli_maker *maker, tli_recipe recipe, tl_polydata *first,
+                         tl_polydata *second, const tli_shape **shape)
+{
+    tl_status st = TL_OK;
+    tli_shape *made = tl_mem_zalloc(maker->ctx, 1, sizeof *made, &st);
+    *shape = NULL;
+    if (st) {
+        tl_polydata_destroy(maker->ctx, first);
+        tl_polydata_destroy(maker->ctx, second);
+        return st;
+    }
+    made->ctx = maker->ctx;
+    made->recipe = recipe;
+    made->parts[0] = first;
+    made->parts[1] = second;
+    atomic_init(&made->uses, 1);
+    st = add_shape(maker, made);
+    if (!st) *shape = made;
+    return st;
+}
+
+tl_status tli_maker_add(tli_maker *maker, const tli_thing *thing)
+{
+    tl_status st = TL_OK;
+    tl_content *c = maker->content;
+    c->things = tl_mem_resize(maker->ctx, c->things, c->thing_count + 1, sizeof *c->things, &st);
+    if (!st) c->things[c->thing_count++] = *thing;
+    return st;
+}
+
+tl_status tli_maker_scalar(tli_maker *maker, const tli_paint *paint, bool linear,
+                           tli_scalar **scalar)
+{
+    return tli_body_scalar(maker->ctx, maker->body, paint->values.channel,
+                           paint->values.logarithmic && !linear, paint->factor, scalar);
+}
+
+/* The scalar that a paint's colours are of, ready to be carried along; paint may be NULL. */
+static tl_status dress(tli_maker *m, const tli_paint *paint, tli_dressed *dressed)
+{
+    tli_scalar *scalar = NULL;
+    tl_status st = paint ? tli_maker_scalar(m, paint, false, &scalar) : TL_OK;
+    if (!st) tli_body_dress(m->body, scalar, dressed);
+    return st;
+}
+
+/* Of a shape, with all that a node says, and the paint that colours it. */
+static tli_recipe thing_recipe(const tli_maker *m, const tli_entry *entry, const tli_shape *shape,
+                               const tli_paint *paint)
+{
+    tli_recipe recipe = shape ? shape->recipe : tli_maker_recipe(m, entry);
+    recipe = tli_recipe_count(recipe, tl_scene_node_version(m->agenda->scene, entry->node));
+    return tli_recipe_count(recipe, paint ? paint->recipe : 0);
+}
+
+/* A thing of triangles whose first channel, if any, is that of a paint. */
+static tli_thing surface_of(const tli_maker *m, const tli_entry *entry, const tli_shape *shape,
+                            const tli_paint *paint)
+{
+    tli_thing thing = {.kind = TLI_THING_TRIANGLES,
+                       .recipe = thing_recipe(m, entry, shape, paint),
+                       .polydata = shape->parts[0],
+                       .look = tl_look_defaults()};
+    memcpy(thing.look.rgb, GREY, sizeof thing.look.rgb);
+    if (paint && thing.polydata->channel_count) {
+        thing.look.scalar = thing.polydata->channels[0].values;
+        thing.look.transfer = paint->transfer;
+    }
+    return thing;
+}
+
+static tli_recipe with_paint(tli_recipe recipe, const tli_paint *paint)
+{
+    if (!paint) return tli_recipe_count(recipe, 0);
+    recipe = tli_recipe_text(recipe, paint->values.channel);
+    recipe = tli_recipe_count(recipe, paint->values.logarithmic);
+    return tli_recipe_real(recipe, paint->factor);
+}
+
+/* ---- volume ---- */
+
+/* The length of the longest gradient. */
+static double steepest(const tl_mesh *mesh, const double *gradients)
+{
+    double most = 0;
+    for (size_t v = 0; v < tl_mesh_vert_count(mesh); v++) {
+        const double *g = gradients + 3 * v, length = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+        if (isfinite(length)) most = fmax(most, length);
+    }
+    return most;
+}
+
+static tl_status make_volume(tli_maker *m, const tli_entry *entry)
+{
+    static const tl_volume_method METHODS[] = {TL_VOLUME_AUTOMATIC, TL_VOLUME_PROJECTED,
+                                               TL_VOLUME_RAYS};
+    tli_scalar *scalar;
+    const tli_paint *paint = entry->own;
+    const tl_scene *scene = m->agenda->scene;
+    const double fade = real(m, entry, "gradient_opacity");
+    tli_thing thing = {.kind = TLI_THING_VOLUME,
+                       .recipe = thing_recipe(m, entry, NULL, paint),
+                       .transfer = paint->transfer,
+                       .volume_opts = tl_volume_opts_defaults()};
+    thing.volume_opts.method = METHODS[(int)real(m, entry, "method")];
+    thing.volume_opts.lit = tl_scene_flag(scene, entry->node, "lit");
+    tl_status st = tli_body_volume(m->ctx, m->body, &thing.volume);
+    if (!st) st = tli_maker_scalar(m, paint, false, &scalar);
+    if (!st && (thing.volume_opts.lit || fade > 0)) {
+        st = tli_body_gradients(m->ctx, m->body, scalar);
+        thing.volume_opts.gradients = scalar->gradients;
+    }
+    if (st) return st;
+    thing.scalar = scalar->values;
+    if (fade > 0)
+        thing.volume_opts.gradient_opacity =
+            tl_scene_flag(scene, entry->node, "gradient_percent")
+                ? fade / 100 * steepest(m->body->mesh, scalar->gradients)
+            : paint->values.logarithmic ? fade
+                                        : fade * paint->factor;
+    return tli_maker_add(m, &thing);
+}
+
+/* ---- surfaces ---- */
+
+static tl_status slice_surface(tli_maker *m, const tli_entry *entry, double value,
+                               tli_recipe recipe, const tli_shape **shape)
+{
+    tli_scalar *scalar;
+    tli_dressed dressed;
+    tl_polydata *triangles = NULL;
+    tl_slice_opts opts = tl_slice_opts_defaults();
+    tl_status st = tli_maker_scalar(m, entry->own, true, &scalar);
+    if (!st) st = tli_body_gradients(m->ctx, m->body, scalar);
+    if (!st) st = dress(m, entry->color, &dressed);
+    if (st) return st;
+    opts.values = &value;
+    opts.value_count = 1;
+    opts.gradients = scalar->gradients;
+    opts.channels = &dressed.first;
+    opts.channel_count = dressed.mesh.channel_count;
+    st = tl_slice_mesh(m->ctx, &dressed.mesh, scalar->values, &opts, &triangles);
+    if (!st && !triangles->cell_count)
+        tl_log(m->ctx, TL_LOG_INFO, "the surface %s = %g is empty", entry->own->values.channel,
+               tli_surface_value(m->agenda->scene, entry));
+    return st ? st : tli_maker_keep(m, recipe, triangles, NULL, shape);
+}
+
+static tl_status make_surface(tli_maker *m, const tli_entry *entry)
+{
+    tl_status st = TL_OK;
+    const tli_paint *own = entry->own, *color = entry->color;
+    const double value = tli_surface_value(m->agenda->scene, entry);
+    const double shown = own->factor * value;
+    tli_recipe recipe = with_paint(with_paint(tli_maker_recipe(m, entry), own), color);
+    recipe = tli_recipe_real(recipe, shown);
+    const tli_shape *shape = tli_maker_find(m, recipe, &st);
+    if (!st && !shape) st = slice_surface(m, entry, shown, recipe, &shape);
+    if (st) return st;
+    tli_thing thing = surface_of(m, entry, shape, color);
+    thing.recipe = tli_recipe_count(thing.recipe, own->recipe);
+    thing.look.opacity = real(m, entry, "opacity");
+    if (!thing.look.scalar && !tli_node_color(m, entry, GREY, thing.look.rgb)) {
+        float rgb[3];
+        double extinction;
+        tl_transfer_at(own->transfer, tli_paint_shown(own, value), rgb, &extinction);
+        for (int k = 0; k < 3; k++) thing.look.rgb[k] = (double)rgb[k];
+    }
+    return tli_maker_add(m, &thing);
+}
+
+static tl_status slice_plane(tli_maker *m, const tli_entry *entry, const double plane[6],
+                             tli_recipe recipe, const tli_shape **shape)
+{
+    tl_status st = TL_OK;
+    tli_dressed dressed;
+    tl_polydata *triangles = NULL;
+    const double value = 0;
+    const size_t count = tl_mesh_vert_count(m->body->mesh);
+    double *distance = tl_mem_alloc(m->ctx, count, sizeof *distance, &st);
+    tl_slice_opts opts = tl_slice_opts_defaults();
+    if (!st) st = dress(m, entry->color, &dressed);
+    if (!st) st = tl_plane_distance(m->ctx, m->body->mesh, plane, plane + 3, distance);
+    if (!st) {
+        opts.values = &value;
+        opts.value_count = 1;
+        opts.channels = &dressed.first;
+        opts.channel_count = dressed.mesh.channel_count;
+        st = tl_slice_mesh(m->ctx, &dressed.mesh, distance, &opts, &triangles);
+    }
+    tl_mem_free(m->ctx, distance);
+    if (!st && !triangles->cell_count)
+        tl_log(m->ctx, TL_LOG_INFO, "a plane beside the mesh shows nothing");
+    return st ? st : tli_maker_keep(m, recipe, triangles, NULL, shape);
+}
+
+/* Planes show values, unlit: a colour on the picture is one of the bar. */
+static tl_status make_slice(tli_maker *m, const tli_entry *entry)
+{
+    tl_status st = TL_OK;
+    double plane[6];
+    tl_scene_plane(m->agenda->scene, entry->node, "plane", plane);
+    const tli_recipe recipe =
+        tli_recipe_bytes(with_paint(tli_maker_recipe(m, entry), entry->color), plane, sizeof plane);
+    const tli_shape *shape = tli_maker_find(m, recipe, &st);
+    if (!st && !shape) st = slice_plane(m, entry, plane, recipe, &shape);
+    if (st) return st;
+    tli_thing thing = surface_of(m, entry, shape, entry->color);
+    thing.look.lit = !thing.look.scalar;
+    thing.look.opacity = real(m, entry, "opacity");
+    return tli_maker_add(m, &thing);
+}
+
+/* Glass without colours where other things lie inside. */
+static tl_status make_boundary(tli_maker *m, const tli_entry *entry)
+{
+    tl_status st = TL_OK;
+    const double opacity = real(m, entry, "opacity");
+    const bool is_glass = opacity < 0 && m->agenda->has_glass;
+    const tli_paint *color = is_glass ? NULL : entry->color;
+    const tli_recipe recipe = with_paint(tli_maker_recipe(m, entry), color);
+    const tli_shape *shape = tli_maker_find(m, recipe, &st);
+    if (!st && !shape) {
+        tli_dressed dressed;
+        const tl_lidx *opposite;
+        tl_polydata *triangles = NULL;
+        tl_boundary_opts opts = tl_boundary_opts_defaults();
+        opts.regions = false;
+        st = dress(m, color, &dressed);
+        if (!st) st = tli_body_opposite(m->ctx, m->body, &opposite);
+        if (!st) {
+            opts.channels = &dressed.first;
+            opts.channel_count = dressed.mesh.channel_count;
+            st = tl_boundary_surface(m->ctx, &dressed.mesh, opposite, &opts, &triangles);
+        }
+        if (!st) st = tli_maker_keep(m, recipe, triangles, NULL, &shape);
+    }
+    if (st) return st;
+    tli_thing thing = surface_of(m, entry, shape, color);
+    thing.recipe = tli_recipe_count(thing.recipe, is_glass);
+    if (!thing.look.scalar) tli_node_color(m, entry, GREY, thing.look.rgb);
+    if (thing.look.scalar) thing.look.specular = MATT;
+    thing.look.opacity = is_glass ? GLASS : opacity < 0 ? 1 : opacity;
+    return tli_maker_add(m, &thing);
+}
+
+/* ---- edges ---- */
+
+static tli_thing edges_of(const tli_maker *m, const tli_entry *entry, const tli_shape *shape)
+{
+    tli_thing thing = {.kind = TLI_THING_LINES,
+                       .recipe = thing_recipe(m, entry, shape, NULL),
+                       .look = tl_look_defaults(),
+                       .line = tl_line_opts_defaults()};
+    thing.line.shape = TL_LINE_FLAT;
+    thing.line.width_px = real(m, entry, "width_px");
+    thing.look.lit = false;
+    tli_node_color(m, entry, INK, thing.look.rgb);
+    if (shape) thing.polydata = shape->parts[0];
+    return thing;
+}
+
+static tl_status make_edges(tli_maker *m, const tli_entry *entry)
+{
+    tl_status st = TL_OK;
+    const tli_recipe recipe = tli_maker_recipe(m, entry);
+    const tli_shape *shape = tli_maker_find(m, recipe, &st);
+    if (!(real(m, entry, "width_px") > 0)) return st;
+    if (!st && !shape) {
+        tl_polydata *lines = NULL;
+        tl_edges_opts opts = tl_edges_opts_defaults();
+        st = tli_body_edges(m->ctx, m->body);
+        if (!st) st = tl_edges_lines(m->ctx, m->body->edges, &opts, &lines);
+        if (!st) st = tli_maker_keep(m, recipe, lines, NULL, &shape);
+    }
+    if (st) return st;
+    const tli_thing thing = edges_of(m, entry, shape);
+    return tli_maker_add(m, &thing);
+}
+
+/* Which ones they are depends on the camera. */
+static tl_status make_silhouettes(tli_maker *m, const tli_entry *entry)
+{
+    tli_thing thing = edges_of(m, entry, NULL);
+    thing.kind = TLI_THING_SILHOUETTES;
+    if (!(thing.line.width_px > 0)) return TL_OK;
+    tl_status st = tli_body_edges(m->ctx, m->body);
+    return st ? st : tli_maker_add(m, &thing);
+}
+
+/* ---- all ---- */
+
+tl_status tli_make_thing(tli_maker *maker, const tli_entry *entry)
+{
+    switch (entry->kind) {
+    case TL_NODE_VOLUME: return make_volume(maker, entry);
+    case TL_NODE_SURFACE: return make_surface(maker, entry);
+    case TL_NODE_SLICE: return make_slice(maker, entry);
+    case TL_NODE_BOUNDARY:
+        return real(maker, entry, "mark") != 0 ? tli_make_marks(maker, entry)
+                                               : make_boundary(maker, entry);
+    case TL_NODE_EDGES: return make_edges(maker, entry);
+    case TL_NODE_SILHOUETTES: return make_silhouettes(maker, entry);
+    case TL_NODE_POINTS: return tli_make_points(maker, entry);
+    case TL_NODE_LINES: return tli_make_lines(maker, entry);
+    default: return TL_OK;
+    }
+}

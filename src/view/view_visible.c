@@ -1,0 +1,141 @@
+/* Which values of a model are visible, and how large an error of them does not show: for the query
+ * of a cut, bin by bin. */
+#include <math.h>
+
+#include "view/view.h"
+
+/* A change of colour, or of opacity, that is not seen in a picture of 8 bits. */
+static const double UNSEEN = 1.0 / 64;
+/* Errors looked at, as parts of a bin's width: from the first on, each twice the one before. */
+static const double UNSEEN_LEAST = 0x1p-6;
+enum { UNSEEN_STEPS = 9 };
+
+/* ---- of control points ---- */
+
+static double between(const tl_opacity_point *a, const tl_opacity_point *b, double value)
+{
+    const double width = b->value - a->value;
+    const double t = width > 0 ? (value - a->value) / width : 0;
+    return a->opacity + t * (b->opacity - a->opacity);
+}
+
+double tli_most_opaque(const tl_opacity_point *points, size_t count, double low, double high)
+{
+    double most = 0;
+    if (low <= points[0].value) most = points[0].opacity;
+    if (high >= points[count - 1].value) most = fmax(most, points[count - 1].opacity);
+    for (size_t i = 0; i + 1 < count; i++) {
+        const tl_opacity_point *a = &points[i], *b = a + 1;
+        if (b->value < low || a->value > high) continue;
+        most = fmax(most,
+                    fmax(between(a, b, fmax(low, a->value)), between(a, b, fmin(high, b->value))));
+    }
+    return most;
+}
+
+/* How fast opacity and colour change at most with values from low to high. */
+static double steepest(const tli_paint *p, double low, double high)
+{
+    double fade = 0, shade = 0;
+    for (size_t i = 0; i + 1 < p->values.opacity_count; i++) {
+        const tl_opacity_point *a = &p->opacities[i], *b = a + 1;
+        if (b->value < low || a->value > high || a->opacity == b->opacity) continue;
+        fade = fmax(fade, fabs(b->opacity - a->opacity) / (b->value - a->value));
+    }
+    for (size_t i = 0; i + 1 < p->values.color_count; i++) {
+        const tl_color_point *a = &p->colors[i], *b = a + 1;
+        if (b->value < low || a->value > high) continue;
+        for (int k = 0; k < 3; k++)
+            if (a->rgb[k] != b->rgb[k])
+                shade = fmax(shade, fabs(b->rgb[k] - a->rgb[k]) / (b->value - a->value));
+    }
+    const double most = tli_most_opaque(p->opacities, p->values.opacity_count, low, high);
+    return fade + (most > 0 ? most * shade : 0);
+}
+
+/* The largest error of values from low to high, up to some bins, that does not show. */
+static double unseen_error(const tli_paint *p, double low, double high)
+{
+    double reach = UNSEEN_LEAST * (high - low), error = 0;
+    for (int i = 0; i < UNSEEN_STEPS; i++, reach *= 2)
+        error = fmax(error, fmin(reach, UNSEEN / steepest(p, low - reach, high + reach)));
+    return error;
+}
+
+/* ---- of an agenda ---- */
+
+/* The error of values from low to high that changes what is drawn for them by no more than shown;
+ * of a logarithmic scale small values count. */
+static double error_of(const tli_paint *paint, double low, double high, double shown)
+{
+    const double below = low - tli_paint_value(paint, tli_paint_shown(paint, low) - shown);
+    const double above = tli_paint_value(paint, tli_paint_shown(paint, high) + shown) - high;
+    const double error = fmin(below, above);
+    return error > 0 ? error : 0; /* NaN: no logarithm */
+}
+
+/* Values of a volume, by its opacities, or of colours on something else. */
+static void see_paint(const tl_store_head *head, const tli_paint *paint, bool is_volume, uint32_t c,
+                      const tli_seen *seen)
+{
+    const double *range = head->channels[c].range;
+    const double width = (range[1] - range[0]) / TL_BINS;
+    for (uint32_t b = 0; b < TL_BINS; b++) {
+        const double low = range[0] + b * width, high = low + width;
+        double opacity = 1, shown = UNSEEN * (tli_paint_shown(paint, paint->values.range[1]) -
+                                              tli_paint_shown(paint, paint->values.range[0]));
+        if (is_volume) {
+            const double shown_low = tli_paint_shown(paint, low);
+            const double shown_high = tli_paint_shown(paint, high);
+            opacity = tli_most_opaque(paint->opacities, paint->values.opacity_count, shown_low,
+                                      shown_high);
+            shown = unseen_error(paint, shown_low, shown_high);
+        }
+        const float error = (float)error_of(paint, low, high, shown);
+        const size_t at = c * (size_t)TL_BINS + b;
+        seen->unseen[at] = seen->opacity[at] > 0 ? fminf(seen->unseen[at], error) : error;
+        seen->opacity[at] = fmaxf(seen->opacity[at], (float)opacity);
+    }
+}
+
+/* Each paint once, as a volume or as a colour. */
+static void see_colors(const tl_source *source, const tli_agenda *agenda, const tli_seen *seen)
+{
+    const tl_store_head *head = tl_store_get_head(source->store);
+    for (size_t p = 0; p < agenda->paint_count; p++) {
+        const tli_paint *paint = agenda->paints[p];
+        bool is_volume = false, is_color = false;
+        for (size_t i = 0; i < agenda->thing_count; i++) {
+            const tli_entry *thing = &agenda->things[i];
+            is_volume |= thing->kind == TL_NODE_VOLUME && thing->own == paint;
+            is_color |=
+                thing->color == paint || (thing->kind == TL_NODE_POINTS && thing->own == paint);
+        }
+        if (is_volume || is_color)
+            see_paint(head, paint, is_volume,
+                      tli_source_channel(source, agenda->step, paint->values.channel), seen);
+    }
+}
+
+bool tli_see(const tl_source *source, const tli_agenda *agenda, const tli_seen *seen)
+{
+    const tl_store_head *head = tl_store_get_head(source->store);
+    if (agenda->has_lines) return false;
+    for (size_t i = 0; i < agenda->paint_count; i++) {
+        const tl_values *values = &agenda->paints[i]->values;
+        if (tli_source_channel(source, agenda->step, values->channel) == TL_NONE ||
+            !(values->range[0] < values->range[1]))
+            return false;
+    }
+    see_colors(source, agenda, seen);
+    for (size_t i = 0; i < agenda->thing_count; i++) { /* every error shows */
+        const tli_entry *thing = &agenda->things[i];
+        if (thing->kind != TL_NODE_SURFACE) continue;
+        const uint32_t c = tli_source_channel(source, agenda->step, thing->own->values.channel);
+        const size_t at = c * (size_t)TL_BINS + tl_bin_of(head->channels[c].range,
+                                                          tli_surface_value(agenda->scene, thing));
+        seen->opacity[at] = 1;
+        seen->unseen[at] = 0;
+    }
+    return true;
+}
