@@ -170,27 +170,103 @@ static void pictures_keep_what_they_hold(void **state)
 
 /* ---- contexts ---- */
 
-/* A child sees no driver at all. */
-static void the_processor_where_there_is_no_opengl(void **state)
+enum { OTHER_DRIVER = 7 };
+/* What a child finds with variables of the environment set, in pairs, NULL at the end: 0 if OpenGL
+ * is refused with a message that says expected, and the processor is taken in its place.
+ * OTHER_DRIVER: it is not, by a driver that takes no such variables. */
+static int refused(const char *const *pairs, const char *expected)
 {
-    (void)state;
     fflush(NULL);
     pid_t child = fork();
     CHECK(child >= 0);
     if (child == 0) {
         tl_ctx *ctx = NULL;
         tl_renderer *r = NULL;
-        setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere/none.json", 1);
+        for (; *pairs; pairs += 2) setenv(pairs[0], pairs[1], 1);
         if (tl_ctx_create(NULL, &ctx)) _exit(1);
-        if (tl_renderer_create(ctx, TL_RENDERER_GL, &r) != TL_ERR_UNSUPPORTED || r) _exit(2);
-        if (!strstr(tl_ctx_message(ctx), "OpenGL")) _exit(3);
-        if (tl_renderer_create(ctx, TL_RENDERER_AUTO, &r)) _exit(4);
-        _exit(strcmp(tl_renderer_name(r), "cpu") == 0 ? 0 : 5);
+        tl_status st = tl_renderer_create(ctx, TL_RENDERER_GL, &r);
+        if (!st) _exit(strstr(tl_renderer_name(r), "llvmpipe") ? 2 : OTHER_DRIVER);
+        if (st != TL_ERR_UNSUPPORTED || r || !strstr(tl_ctx_message(ctx), expected)) _exit(3);
+        tl_ctx_clear(ctx);
+        if (tl_ctx_current_bytes(ctx)) _exit(4);
+        if (tl_renderer_create(ctx, TL_RENDERER_AUTO, &r)) _exit(5);
+        _exit(strcmp(tl_renderer_name(r), "cpu") == 0 ? 0 : 6);
     }
     int status = 0;
     CHECK(waitpid(child, &status, 0) == child);
     CHECK(WIFEXITED(status));
-    CHECK_EQ(WEXITSTATUS(status), 0);
+    return WEXITSTATUS(status);
+}
+
+static void the_processor_where_there_is_no_opengl(void **state)
+{
+    (void)state;
+    static const char *const pairs[] = {"__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere/none.json",
+                                        NULL};
+    CHECK_EQ(refused(pairs, "OpenGL"), 0);
+}
+
+static void the_processor_where_opengl_is_too_old(void **state)
+{
+    (void)state;
+    static const char *const pairs[] = {"MESA_GL_VERSION_OVERRIDE", "3.0",
+                                        "MESA_GLES_VERSION_OVERRIDE", "2.0", NULL};
+    int found = refused(pairs, "OpenGL 3.3 or OpenGL ES 3.0"); /* before Mesa has read others */
+    if (found == OTHER_DRIVER) CHECK_SKIP("the driver is not Mesa's, which can say it is older");
+    CHECK_EQ(found, 0);
+}
+
+/* Frame after frame of one size: the card holds no more than after the first, and pictures in 8
+ * bits are those in floats. */
+static void frames_in_a_row(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    static const float sky[3] = {0.2F, 0.5F, 1};
+    make_mesh m = perturbed(9, true);
+    solid s = open_solid(ctx, &m, hills);
+    tl_transfer *t = colored(ctx, false);
+    tl_polydata inner = make_sphere(20, CENTER, 0.1), outer = make_sphere(20, CENTER, 0.4);
+    for (int kind = 0; kind < 4; kind++) { /* by the processor and by OpenGL, a surface and all */
+        scene drawn = {.mesh = s.mesh, .scalar = s.scalar, .opacity = 0.4, .opaque = &inner};
+        tl_renderer *r = open_renderer(ctx, kind & 1 ? TL_RENDERER_GL : TL_RENDERER_CPU);
+        if (kind & 2) {
+            drawn.volume = s.volume;
+            drawn.transfer = t;
+            drawn.translucent = &outer;
+        }
+        fill(ctx, r, &drawn);
+        size_t held = 0;
+        for (int frame = 0; frame < 3; frame++) {
+            enum { PIXELS = SIDE * (SIDE - 37) };
+            static const double bounds[6] = {0, 1, 0, 1, 0, 1};
+            static uint8_t bytes[4 * PIXELS];
+            static float depth[PIXELS];
+            tl_camera camera = tl_camera_fit(bounds, 30 * frame, 25, 1.3, SIDE, SIDE - 37);
+            tl_image *image = picture_take(ctx, r, &camera);
+            CHECK_OK(ctx,
+                     tl_renderer_draw_bytes(ctx, r, &camera, frame ? sky : NULL, bytes, depth));
+            if (frame) tl_image_flatten(image, sky);
+            for (size_t i = 0; i < 4 * PIXELS; i++)
+                CHECK_NEAR((double)image->rgba[i], bytes[i] / 255.0, 0.51 / 255);
+            CHECK(memcmp(depth, image->depth, sizeof depth) == 0);
+            CHECK(!frame || tl_renderer_card_bytes(r) == held);
+            held = tl_renderer_card_bytes(r);
+            tl_image_destroy(ctx, image);
+        }
+        tl_camera none = tl_camera_defaults();
+        none.size_px[0] = 0;
+        uint8_t byte[4];
+        CHECK_STATUS(tl_renderer_draw_bytes(ctx, r, &none, NULL, byte, NULL), TL_ERR_ARG);
+        tl_ctx_clear(ctx);
+        tl_renderer_destroy(ctx, r);
+    }
+    make_triangles_release(&inner);
+    make_triangles_release(&outer);
+    tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
+    check_ctx_destroy(ctx);
 }
 
 /* Two renderers in turns, one frame after the other: each keeps its own things. */
@@ -308,6 +384,51 @@ static void programs_of_lists(void **state)
     check_ctx_destroy(ctx);
 }
 
+static PFNGLGETERRORPROC true_error;
+static GLenum lost_error(void)
+{
+    return GL_CONTEXT_LOST;
+}
+
+/* A context that is reset in the middle of a frame, or gone before one: each call from then on
+ * fails for the same reason, and what the renderer has in memory is given back. */
+static void contexts_that_are_lost(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    make_mesh m = perturbed(9, false);
+    solid s = open_solid(ctx, &m, hills);
+    tl_transfer *t = colored(ctx, true);
+    tl_polydata sphere = make_sphere(20, CENTER, 0.3);
+    scene drawn = {.mesh = s.mesh, .scalar = s.scalar, .volume = s.volume, .transfer = t};
+    drawn.translucent = &sphere;
+    drawn.opacity = 0.5;
+    drawn.level = 0.4;
+    const tl_camera camera = make_camera(true);
+    tl_image *image = picture_empty(ctx, &camera);
+    for (int way = 0; way < 2; way++) {
+        tl_renderer *r = open_renderer(ctx, TL_RENDERER_GL);
+        fill(ctx, r, &drawn);
+        CHECK_OK(ctx, tl_renderer_draw(ctx, r, &camera, image));
+        true_error = epoxy_glGetError;
+        epoxy_glGetError = lost_error;
+        if (way == 0) CHECK_STATUS(tl_renderer_draw(ctx, r, &camera, image), TL_ERR_IO);
+        if (way == 1) CHECK_STATUS(tl_renderer_add_surface(ctx, r, &sphere, NULL, NULL), TL_ERR_IO);
+        epoxy_glGetError = true_error;
+        CHECK(strstr(tl_ctx_message(ctx), "the context is lost"));
+        tl_ctx_clear(ctx);
+        CHECK_STATUS(tl_renderer_draw(ctx, r, &camera, image), TL_ERR_IO);
+        tl_ctx_clear(ctx);
+        tl_renderer_destroy(ctx, r);
+    }
+    tl_image_destroy(ctx, image);
+    make_triangles_release(&sphere);
+    tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
+    check_ctx_destroy(ctx);
+}
+
 /* What a renderer has in memory is given back also when the viewer's context is gone. */
 static void renderers_outlive_their_context(void **state)
 {
@@ -336,16 +457,19 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_processor_where_there_is_no_opengl),
+        cmocka_unit_test(the_processor_where_opengl_is_too_old),
         cmocka_unit_test(volumes_as_by_rays),
         cmocka_unit_test(lit_volumes_as_by_rays),
         cmocka_unit_test(order_by_centroids),
         cmocka_unit_test(linear_fields),
         cmocka_unit_test(fog_has_its_depth),
         cmocka_unit_test(pictures_keep_what_they_hold),
+        cmocka_unit_test(frames_in_a_row),
         cmocka_unit_test(renderers_side_by_side),
 #if TETRALOD_WITH_GL
         cmocka_unit_test(other_contexts),
         cmocka_unit_test(programs_of_lists),
+        cmocka_unit_test(contexts_that_are_lost),
         cmocka_unit_test(renderers_outlive_their_context),
 #endif
     };

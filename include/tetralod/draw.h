@@ -89,8 +89,8 @@ TL_API void tl_volume_destroy(tl_ctx *ctx, tl_volume *volume);
 typedef enum tl_volume_method {
     TL_VOLUME_AUTOMATIC = 0, /* rays where they can be, else projected tets */
     TL_VOLUME_PROJECTED = 1, /* tet by tet, by TL_ORDER: on any driver. The order is found by the
-                                processor whenever the camera moves; each translucent layer takes a
-                                pass */
+                                processor whenever the camera moves; every 4 translucent layers take
+                                a pass */
     TL_VOLUME_RAYS = 2 /* a ray a pixel, all on the card: OpenGL 4.3, and buffers that hold the
                           mesh; else TL_ERR_UNSUPPORTED */
 } tl_volume_method;
@@ -202,8 +202,8 @@ TL_API tl_point_opts tl_point_opts_defaults(void);
 /* Each adds a thing and gives its number, which may be NULL. Looks and options may be NULL
  * (defaults) and are copied; all that they point to and the other things given are borrowed until
  * the thing is removed, and do not change meanwhile. TL_ERR_ARG for numbers out of range, another
- * kind of polydata, corners that are none; TL_ERR_UNSUPPORTED for what the back end does not draw.
- */
+ * kind of polydata, corners that are none; TL_ERR_UNSUPPORTED for what the back end does not draw;
+ * TL_ERR_IO of a context of OpenGL that is lost. */
 
 /* As of tl_draw_volume. A renderer draws one volume: TL_ERR_UNSUPPORTED for a second one. */
 TL_API tl_status tl_renderer_add_volume(tl_ctx *ctx, tl_renderer *renderer, const tl_volume *volume,
@@ -238,9 +238,17 @@ TL_API void tl_renderer_remove(tl_ctx *ctx, tl_renderer *renderer, tl_item item)
  * al. 1997, V). At equal depth the thing added last is in front, and translucent ones are before
  * opaque ones. Depth becomes that of the nearest opaque thing. TL_ERR_ARG as of tl_draw_volume, and
  * of TL_RENDERER_NULL for a thing that changed; of GL TL_ERR_UNSUPPORTED for more than the card
- * draws, TL_ERR_IO for a context that is lost. */
+ * draws, TL_ERR_IO for a context that is lost, from then on at each call: another renderer is to be
+ * made. */
 TL_API tl_status tl_renderer_draw(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
                                   tl_image *image);
+/* The same for a window: a picture of the camera's size in 8 bits a channel, in front of a colour
+ * (sRGB, 0 to 1) or of nothing (NULL: it stays transparent). OpenGL reads no more than these back.
+ * rgba  [height][width][4] receives colours times opacity, rows from the top
+ * depth [height][width] receives that of tl_image; NULL: not asked for
+ * Statuses as of tl_renderer_draw; the outputs may be written in part where it fails. */
+TL_API tl_status tl_renderer_draw_bytes(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
+                                        const float background[3], uint8_t *rgba, float *depth);
 
 /* ---- numbers along an axis ---- */
 

@@ -23,6 +23,13 @@ tl_status tli_frame_set(tl_ctx *ctx, const tl_camera *camera, const tl_image *im
                         tli_frame *frame);
 void tli_frame_place(const tli_frame *frame, const double xyz[3], double out[3]);
 
+/* ---- pictures ---- */
+
+/* TL_ERR_ARG for a side that is none of a picture's. */
+tl_status tli_image_check(tl_ctx *ctx, uint32_t width, uint32_t height);
+/* Colours times opacity [count][4] in 8 bits, in front of a background [3]; NULL: of nothing. */
+void tli_pixels_pack(const float *colors, size_t count, const float *background, uint8_t *rgba);
+
 /* ---- transfer functions ---- */
 
 enum { TLI_TRANSFER_STEPS = 4096, TLI_SUM_STEPS = 64 };

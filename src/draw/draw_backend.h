@@ -76,6 +76,10 @@ typedef struct tli_backend {
     void (*remove)(tl_ctx *ctx, void *state, tli_item *item);
     tl_status (*draw)(tl_ctx *ctx, void *state, tli_item *const *items, size_t item_count,
                       const tl_camera *camera, tl_image *image);
+    /* As of tl_renderer_draw_bytes; NULL: by draw. */
+    tl_status (*draw_bytes)(tl_ctx *ctx, void *state, tli_item *const *items, size_t item_count,
+                            const tl_camera *camera, const float *background, uint8_t *rgba,
+                            float *depth);
 } tli_backend;
 
 extern const tli_backend tli_backend_cpu, tli_backend_null;

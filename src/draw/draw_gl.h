@@ -22,6 +22,8 @@ typedef struct tli_gl {
     GLint kept_target, kept_view[4];
     bool es, software;
     bool modern;       /* has compute shaders and what else rays and lists need */
+    bool tells_resets; /* can be asked whether it is lost */
+    bool lost;         /* for good: all calls fail for TL_ERR_IO */
     char name[192];    /* "gl: " and GL_RENDERER */
     GLint side_max;    /* of textures */
     size_t block_max;  /* bytes of a buffer that shaders see; where it is modern */
@@ -35,7 +37,8 @@ tl_status tli_gl_open(tl_ctx *ctx, tli_gl_kind kind, tli_gl **gl);
 /* NULL is allowed. What is left in the context goes with it, unless it is the caller's. */
 void tli_gl_close(tl_ctx *ctx, tli_gl *gl);
 /* Between these two, on one thread, the context is current and calls of OpenGL are allowed; end
- * puts back what was there, and turns an error of OpenGL into a status. Returns status, or that. */
+ * puts back what was there, and turns an error of OpenGL into a status. Returns status, or that.
+ * TL_ERR_IO for a context that is lost. */
 tl_status tli_gl_begin(tl_ctx *ctx, tli_gl *gl);
 tl_status tli_gl_end(tl_ctx *ctx, tli_gl *gl, tl_status status);
 /* The status of the errors since then, which are forgotten. */
@@ -101,6 +104,10 @@ void tli_gl_buffer_free(tli_gl *gl, tli_gl_buffer *buffer);
 /* Gives it to the block of a binding. */
 void tli_gl_buffer_bind(const tli_gl_buffer *buffer, GLuint binding);
 
+/* Depths of a picture beyond all things: of nothing there, for shaders. */
+#define TLI_GL_NEAREST (-1e30F)
+#define TLI_GL_FARTHEST 1e30F
+
 /* A picture inside of OpenGL, rows from below upwards: {0} is empty. */
 enum { TLI_GL_COLOR = 1, TLI_GL_DEPTH = 2 };
 typedef struct tli_gl_target {
@@ -119,9 +126,14 @@ void tli_gl_target_use(const tli_gl_target *target);
 /* Sets rows of the depth, [row_count][width]. */
 void tli_gl_target_send_depth(const tli_gl_target *target, uint32_t row, uint32_t row_count,
                               const float *depths);
-/* Reads rows of the colour (part 0) or depth (part 1), [row_count][width][4]. */
-void tli_gl_target_read(const tli_gl_target *target, GLuint part, uint32_t row, uint32_t row_count,
-                        float *values);
+/* Reads rows of the colour, [row_count][width][4], as GL_FLOAT or, not of OpenGL ES,
+ * GL_UNSIGNED_BYTE. */
+void tli_gl_target_read(const tli_gl_target *target, GLenum type, uint32_t row, uint32_t row_count,
+                        void *values);
+/* Reads rows of the depth, [row_count][width]. numbers [row_count][width][4]: room, where the
+ * context reads no less; else it may be NULL. */
+void tli_gl_target_read_depth(const tli_gl *gl, const tli_gl_target *target, uint32_t row,
+                              uint32_t row_count, float *depths, float *numbers);
 void tli_gl_target_free(tli_gl *gl, tli_gl_target *target);
 
 /* ---- volumes ---- */
@@ -149,8 +161,8 @@ bool tli_gl_place_is(tli_gl_place *place, const tli_gl_view *view);
 
 /* What volumes share: {0} is not open. */
 typedef struct tli_gl_projector {
-    GLuint program;
-    GLuint corners; /* indices of the faces of a batch of tets */
+    GLuint one, all; /* programs: of one slab, of all */
+    GLuint corners;  /* indices of the faces of a batch of tets */
 } tli_gl_projector;
 void tli_gl_projector_close(tli_gl *gl, tli_gl_projector *projector);
 
@@ -165,10 +177,12 @@ void tli_gl_tets_remove(tli_gl *gl, tli_gl_tets *tets);
 /* Opens what is not open, places the vertices and orders the tets for a view. */
 tl_status tli_gl_tets_place(tl_ctx *ctx, tli_gl *gl, tli_gl_projector *projector,
                             const tli_gl_view *view, const tli_item *item, tli_gl_tets *tets);
-/* Draws what lies between two depths, pixel by pixel, over what is in the target. */
+/* Draws what lies between depths, pixel by pixel, over what is in the frame in use, once for all
+ * slabs: slab i, between limits[i] and the nearer limits[i + 1], into its attachment i. */
+enum { TLI_GL_SLABS = 4 };
 void tli_gl_tets_draw(const tli_gl_projector *projector, const tli_gl_view *view,
                       const tli_item *item, const tli_gl_fog *fog, const tli_gl_tets *tets,
-                      const tli_gl_target *target, GLuint near_depth, GLuint far_depth);
+                      const GLuint *limits, int slab_count);
 
 /* ---- lists of what lies at each pixel: draw_gl_lists.c ---- */
 
@@ -257,6 +271,51 @@ void tli_gl_thing_remove(tl_ctx *ctx, tli_gl *gl, tli_gl_thing *thing);
  * or into lists; *tag is that of the first piece there, and receives that of the next. */
 void tli_gl_thing_draw(const tli_gl_painter *painter, const tli_gl_view *view, const tli_item *item,
                        const tli_gl_thing *thing, bool translucent, GLuint limit, GLint *tag);
+
+/* ---- a picture: draw_gl_frame.c ---- */
+
+/* What a back end has open, {0} is nothing: programs and rooms are made when they are needed first,
+ * and stay. */
+typedef struct tli_gl_state {
+    tli_gl *gl;
+    tli_gl_projector projector;
+    tli_gl_caster caster;
+    tli_gl_painter painter, lister;         /* into pictures, into lists */
+    GLuint cover;                           /* program: a picture over another */
+    GLuint query;                           /* whether a layer has anything */
+    tli_gl_target before;                   /* depth alone is used: of what the picture holds */
+    tli_gl_target opaque, sum;              /* opaque things; all */
+    tli_gl_target layers[TLI_GL_SLABS + 1]; /* the farthest layers that are left, in turns */
+    tli_gl_target slabs[TLI_GL_SLABS - 1];  /* of the volume, before layers of a pass */
+    GLuint slab_frame;                      /* the sum and the slabs */
+} tli_gl_state;
+
+/* A thing in OpenGL. */
+typedef struct tli_gl_item {
+    tli_gl_thing thing;
+    /* of a volume */
+    tli_gl_fog fog;
+    tli_gl_web web;   /* for rays; empty: it is projected */
+    tli_gl_tets tets; /* for projection, from the first picture on that needs them */
+} tli_gl_item;
+
+/* Draws all things in front of a colour [4], times opacity, as far as the depth of a picture, NULL:
+ * of none. *drawn receives where they are; their depths are in s->opaque. */
+tl_status tli_gl_frame_draw(tl_ctx *ctx, tli_gl_state *s, tli_gl_view *view, tli_item *const *items,
+                            size_t item_count, const float background[4], const tl_image *behind,
+                            const tli_gl_target **drawn);
+void tli_gl_frame_free(tli_gl_state *s);
+
+/* ---- between pictures in memory and in OpenGL: draw_gl_fetch.c ---- */
+
+/* Gives the depth of a picture, or of none (NULL), in units of the frame to two targets. */
+tl_status tli_gl_send_depth(tl_ctx *ctx, tli_gl_state *s, const tl_image *image, double unit);
+/* Puts what was drawn in front of a picture. */
+tl_status tli_gl_fetch(tl_ctx *ctx, const tli_gl_state *s, const tli_gl_target *drawn, double unit,
+                       tl_image *image);
+/* Reads it in 8 bits, and where depth is not NULL that; as of tl_renderer_draw_bytes. */
+tl_status tli_gl_fetch_bytes(tl_ctx *ctx, const tli_gl_state *s, const tli_gl_target *drawn,
+                             double unit, uint8_t *rgba, float *depth);
 
 /* ---- the back end: draw_gl_renderer.c ---- */
 

@@ -49,8 +49,10 @@ static int list_displays(EGLDisplay displays[DISPLAYS_MAX])
     return count;
 }
 
-/* A context of a version on a display, and makes it current. */
-static bool make_context(tli_gl *gl, EGLDisplay display, bool es, int version)
+/* A context of a version on a display, and makes it current. robust: one that tells when it is
+ * lost.
+ */
+static bool make_context(tli_gl *gl, EGLDisplay display, bool es, int version, bool robust)
 {
     const EGLint core[] = {EGL_CONTEXT_MAJOR_VERSION,
                            version / 10,
@@ -58,8 +60,13 @@ static bool make_context(tli_gl *gl, EGLDisplay display, bool es, int version)
                            version % 10,
                            EGL_CONTEXT_OPENGL_PROFILE_MASK,
                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                           robust ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY : EGL_NONE,
+                           EGL_LOSE_CONTEXT_ON_RESET,
                            EGL_NONE};
-    const EGLint embedded[] = {EGL_CONTEXT_MAJOR_VERSION, version / 10, EGL_NONE};
+    const EGLint embedded[] = {EGL_CONTEXT_MAJOR_VERSION, version / 10,
+                               robust ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY_EXT
+                                      : EGL_NONE,
+                               EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE};
     const EGLint wanted[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE,
                              es ? EGL_OPENGL_ES3_BIT : EGL_OPENGL_BIT, EGL_NONE};
     const char *words = eglQueryString(display, EGL_EXTENSIONS);
@@ -87,10 +94,12 @@ static tl_status find_context(tl_ctx *ctx, tli_gl *gl, tli_gl_kind kind)
     int count = list_displays(displays);
     for (int i = 0; i < count; i++) {
         if (displays[i] == EGL_NO_DISPLAY || !eglInitialize(displays[i], NULL, NULL)) continue;
-        if ((kind == TLI_GL_ANY && (make_context(gl, displays[i], false, MODERN) ||
-                                    make_context(gl, displays[i], false, GL_LEAST))) ||
-            make_context(gl, displays[i], true, ES_LEAST))
-            return TL_OK;
+        for (int way = kind == TLI_GL_ANY ? 0 : 2; way < 3; way++) {
+            static const int versions[] = {MODERN, GL_LEAST, ES_LEAST};
+            if (make_context(gl, displays[i], way == 2, versions[way], true) ||
+                make_context(gl, displays[i], way == 2, versions[way], false))
+                return TL_OK;
+        }
     }
     return tl_fail(ctx, TL_ERR_UNSUPPORTED,
                    "no OpenGL: EGL has no display with %s, of %d that were tried",
@@ -149,6 +158,7 @@ static tl_status look_at_context(tl_ctx *ctx, tli_gl *gl)
     gl->software = is_software(gl->name);
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &gl->side_max);
     gl->modern = is_modern(gl);
+    gl->tells_resets = gl->es ? epoxy_gl_version() >= 32 : epoxy_gl_version() >= 45;
     glGenVertexArrays(1, &gl->nothing);
     return TL_OK;
 }
@@ -181,21 +191,42 @@ static void set_hook(tli_gl *gl, bool on)
     glDebugMessageCallback(on ? note_message : NULL, gl);
 }
 
+/* The context is gone for good: nothing is asked of it any more. */
+static tl_status lose(tl_ctx *ctx, tli_gl *gl)
+{
+    gl->lost = true;
+    return tl_fail(ctx, TL_ERR_IO, "%s: the context is lost", gl->name);
+}
+
+static tl_status make_current(tl_ctx *ctx, tli_gl *gl)
+{
+    if (gl->lost) return lose(ctx, gl);
+    if (!gl->context)
+        return eglGetCurrentContext() != EGL_NO_CONTEXT
+                   ? TL_OK
+                   : tl_fail(ctx, TL_ERR_ARG, "%s: no context of EGL is current on this thread",
+                             gl->name);
+    keep_current(gl);
+    if (eglMakeCurrent(gl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, gl->context)) return TL_OK;
+    EGLint error = eglGetError();
+    if (error == EGL_CONTEXT_LOST || error == EGL_BAD_CONTEXT || error == EGL_NOT_INITIALIZED)
+        return lose(ctx, gl);
+    return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s: the context can't be made current (EGL 0x%04x)",
+                   gl->name, (unsigned)error);
+}
+
 tl_status tli_gl_begin(tl_ctx *ctx, tli_gl *gl)
 {
-    if (gl->context) {
-        keep_current(gl);
-        if (!eglMakeCurrent(gl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, gl->context))
-            return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s: the context can't be made current",
-                           gl->name);
-    } else if (eglGetCurrentContext() == EGL_NO_CONTEXT) {
-        return tl_fail(ctx, TL_ERR_ARG, "%s: no context of EGL is current on this thread",
-                       gl->name);
+    tl_status st = make_current(ctx, gl);
+    if (st) return st;
+    GLenum error = glGetError(); /* of others */
+    for (int i = 0; i < STALE_MAX && error && error != GL_CONTEXT_LOST; i++) error = glGetError();
+    if (error == GL_CONTEXT_LOST) {
+        put_back(gl);
+        return lose(ctx, gl);
     }
     glGetIntegerv(GL_FRAMEBUFFER_BINDING, &gl->kept_target);
     glGetIntegerv(GL_VIEWPORT, gl->kept_view);
-    for (int i = 0; i < STALE_MAX && glGetError(); i++) {
-    } /* of others */
     gl->message[0] = 0;
     glBindVertexArray(gl->nothing);
     return TL_OK;
@@ -206,7 +237,7 @@ static tl_status status_of(tl_ctx *ctx, tli_gl *gl, GLenum error)
     switch (error) {
     case GL_NO_ERROR: return TL_OK;
     case GL_OUT_OF_MEMORY: return tl_fail(ctx, TL_ERR_MEMORY, "%s is out of memory", gl->name);
-    case GL_CONTEXT_LOST: return tl_fail(ctx, TL_ERR_IO, "%s: the context is lost", gl->name);
+    case GL_CONTEXT_LOST: return lose(ctx, gl);
     default:
         return tl_fail(ctx, TL_ERR_UNSUPPORTED, "%s reports error 0x%04x%s%s", gl->name, error,
                        gl->message[0] ? ": " : "", gl->message);
@@ -216,6 +247,7 @@ static tl_status status_of(tl_ctx *ctx, tli_gl *gl, GLenum error)
 tl_status tli_gl_check(tl_ctx *ctx, tli_gl *gl)
 {
     GLenum error = glGetError();
+    if (gl->tells_resets && glGetGraphicsResetStatus() != GL_NO_ERROR) error = GL_CONTEXT_LOST;
     tl_status st = status_of(ctx, gl, error);
     for (int i = 0; i < STALE_MAX && error; i++) error = glGetError();
     gl->message[0] = 0;

@@ -31,10 +31,20 @@ static tl_status make_corners(tl_ctx *ctx, tli_gl *gl, GLuint *buffer)
 
 static tl_status open_projector(tl_ctx *ctx, tli_gl *gl, tli_gl_projector *projector)
 {
-    static const tli_gl_source SOURCE = {
-        "tets", false, {{tli_shader_tets_vert}, {tli_shader_integrals, tli_shader_tets_frag}}};
-    if (projector->program) return TL_OK;
-    tl_status st = tli_gl_program(ctx, gl, &SOURCE, &projector->program);
+    static const tli_gl_source ONE = {
+        "tets",
+        false,
+        {{tli_shader_tets_vert},
+         {"#define SLABS 1\n", tli_shader_integrals, tli_shader_tets_frag}}};
+    static const tli_gl_source ALL = {
+        "tets in slabs",
+        false,
+        {{tli_shader_tets_vert},
+         {"#define SLABS 4\n", tli_shader_integrals, tli_shader_tets_frag}}};
+    _Static_assert(TLI_GL_SLABS == 4, "as the text of the shader says");
+    if (projector->corners) return TL_OK;
+    tl_status st = projector->one ? TL_OK : tli_gl_program(ctx, gl, &ONE, &projector->one);
+    if (!st && !projector->all) st = tli_gl_program(ctx, gl, &ALL, &projector->all);
     if (!st) st = make_corners(ctx, gl, &projector->corners);
     return st;
 }
@@ -43,7 +53,8 @@ void tli_gl_projector_close(tli_gl *gl, tli_gl_projector *projector)
 {
     if (projector->corners) gl->bytes -= BATCH * TET_INDICES * sizeof(uint32_t);
     glDeleteBuffers(1, &projector->corners);
-    glDeleteProgram(projector->program);
+    glDeleteProgram(projector->one);
+    glDeleteProgram(projector->all);
     *projector = (tli_gl_projector){0};
 }
 
@@ -88,19 +99,21 @@ tl_status tli_gl_tets_place(tl_ctx *ctx, tli_gl *gl, tli_gl_projector *projector
 
 void tli_gl_tets_draw(const tli_gl_projector *projector, const tli_gl_view *view,
                       const tli_item *item, const tli_gl_fog *fog, const tli_gl_tets *tets,
-                      const tli_gl_target *target, GLuint near_depth, GLuint far_depth)
+                      const GLuint *limits, int slab_count)
 {
-    GLuint program = projector->program;
+    static const char *const names[TLI_GL_SLABS + 1] = {"limits[0]", "limits[1]", "limits[2]",
+                                                        "limits[3]", "limits[4]"};
+    const int slabs = slab_count > 1 ? TLI_GL_SLABS : 1; /* of the program */
+    GLuint program = slabs > 1 ? projector->all : projector->one, unit = 0;
     glUseProgram(program);
-    tli_gl_set_texture(program, "order", 0, tets->order.texture);
-    tli_gl_set_texture(program, "tets", 1, tets->tets.texture);
-    tli_gl_set_texture(program, "verts", 2, tets->verts.texture);
-    tli_gl_set_texture(program, "near_depth", 3, near_depth);
-    tli_gl_set_texture(program, "far_depth", 4, far_depth);
-    tli_gl_fog_set(program, view, item, fog, 5);
+    tli_gl_set_texture(program, "order", unit++, tets->order.texture);
+    tli_gl_set_texture(program, "tets", unit++, tets->tets.texture);
+    tli_gl_set_texture(program, "verts", unit++, tets->verts.texture);
+    for (int i = 0; i <= slabs; i++) /* slabs that are not asked for are empty */
+        tli_gl_set_texture(program, names[i], unit++, limits[i < slab_count ? i : slab_count]);
+    tli_gl_fog_set(program, view, item, fog, unit);
     tli_gl_set_view(program, view);
 
-    tli_gl_target_use(target);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, projector->corners);
     glDisable(GL_DEPTH_TEST);
     glEnable(GL_CULL_FACE);

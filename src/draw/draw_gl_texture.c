@@ -39,7 +39,7 @@ tl_status tli_gl_table_fill(tl_ctx *ctx, tli_gl *gl, tli_gl_table *table, GLenum
                        item_count, TLI_GL_COLUMNS, gl->side_max);
     if (!table->texture) glGenTextures(1, &table->texture);
     glBindTexture(GL_TEXTURE_2D, table->texture);
-    if (rows * TLI_GL_COLUMNS * as.bytes != table->bytes) {
+    if (rows * TLI_GL_COLUMNS * as.bytes > table->bytes) {
         set_nearest();
         glTexImage2D(GL_TEXTURE_2D, 0, (GLint)format, TLI_GL_COLUMNS, (GLsizei)rows, 0, as.format,
                      as.type, NULL);
@@ -134,8 +134,8 @@ static void make_parts(tli_gl_target *target, int parts)
                                   target->order);
         target->bytes += sizeof(float) * pixels;
     }
-    const GLenum drawn[] = {parts & TLI_GL_COLOR ? places[0] : GL_NONE,
-                            parts & TLI_GL_DEPTH ? places[1] : GL_NONE};
+    const GLenum drawn[] = {target->color ? places[0] : GL_NONE,
+                            target->depth ? places[1] : GL_NONE};
     glDrawBuffers(2, drawn);
 }
 
@@ -175,13 +175,23 @@ void tli_gl_target_send_depth(const tli_gl_target *target, uint32_t row, uint32_
                     GL_RED, GL_FLOAT, depths);
 }
 
-void tli_gl_target_read(const tli_gl_target *target, GLuint part, uint32_t row, uint32_t row_count,
-                        float *values)
+void tli_gl_target_read(const tli_gl_target *target, GLenum type, uint32_t row, uint32_t row_count,
+                        void *values)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, target->frame);
-    glReadBuffer(GL_COLOR_ATTACHMENT0 + part);
-    glReadPixels(0, (GLint)row, (GLsizei)target->width, (GLsizei)row_count, GL_RGBA, GL_FLOAT,
-                 values);
+    glReadBuffer(GL_COLOR_ATTACHMENT0);
+    glReadPixels(0, (GLint)row, (GLsizei)target->width, (GLsizei)row_count, GL_RGBA, type, values);
+}
+
+void tli_gl_target_read_depth(const tli_gl *gl, const tli_gl_target *target, uint32_t row,
+                              uint32_t row_count, float *depths, float *numbers)
+{
+    size_t count = (size_t)target->width * row_count;
+    glBindFramebuffer(GL_FRAMEBUFFER, target->frame);
+    glReadBuffer(GL_COLOR_ATTACHMENT1);
+    glReadPixels(0, (GLint)row, (GLsizei)target->width, (GLsizei)row_count,
+                 gl->es ? GL_RGBA : GL_RED, GL_FLOAT, gl->es ? numbers : depths);
+    for (size_t i = 0; gl->es && i < count; i++) depths[i] = numbers[4 * i];
 }
 
 void tli_gl_target_free(tli_gl *gl, tli_gl_target *target)

@@ -5,13 +5,18 @@
 
 enum { SIDE_MAX = 32768 };
 
+tl_status tli_image_check(tl_ctx *ctx, uint32_t width, uint32_t height)
+{
+    if (width && height && width <= SIDE_MAX && height <= SIDE_MAX) return TL_OK;
+    return tl_fail(ctx, TL_ERR_ARG, "a picture of %u x %u pixels, expected sides of 1 to %d", width,
+                   height, SIDE_MAX);
+}
+
 tl_status tl_image_create(tl_ctx *ctx, uint32_t width, uint32_t height, tl_image **image)
 {
-    tl_status st = TL_OK;
     *image = NULL;
-    if (!width || !height || width > SIDE_MAX || height > SIDE_MAX)
-        return tl_fail(ctx, TL_ERR_ARG, "a picture of %u x %u pixels, expected sides of 1 to %d",
-                       width, height, SIDE_MAX);
+    tl_status st = tli_image_check(ctx, width, height);
+    if (st) return st;
     size_t count = (size_t)width * height;
     tl_image *i = tl_mem_zalloc(ctx, 1, sizeof *i, &st);
     float *rgba = tl_mem_zalloc(ctx, count, 4 * sizeof *rgba, &st);
@@ -75,4 +80,15 @@ void tl_image_flatten(tl_image *image, const float background[3])
         for (int k = 0; k < 3; k++) c[k] += (1 - c[3]) * behind[k];
         c[3] = 1;
     }
+}
+
+void tli_pixels_pack(const float *colors, size_t count, const float *background, uint8_t *rgba)
+{
+    const float behind[4] = {background ? background[0] : 0, background ? background[1] : 0,
+                             background ? background[2] : 0, background ? 1 : 0};
+    for (size_t p = 0; p < count; p++)
+        for (size_t k = 0; k < 4; k++) {
+            float full = colors[4 * p + k] + (1 - colors[4 * p + 3]) * behind[k];
+            rgba[4 * p + k] = (uint8_t)(fminf(fmaxf(full, 0), 1) * 255 + 0.5F);
+        }
 }

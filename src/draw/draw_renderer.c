@@ -352,3 +352,29 @@ tl_status tl_renderer_draw(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *
     return renderer->backend->draw(ctx, renderer->state, renderer->items, renderer->item_count,
                                    camera, image);
 }
+
+/* By way of a picture in floats. */
+static tl_status draw_packed(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
+                             const float *background, uint8_t *rgba, float *depth)
+{
+    tl_image *image = NULL;
+    tl_status st = tl_image_create(ctx, camera->size_px[0], camera->size_px[1], &image);
+    if (!st) st = tl_renderer_draw(ctx, renderer, camera, image);
+    const size_t count = st ? 0 : (size_t)image->width * image->height;
+    if (!st) tli_pixels_pack(image->rgba, count, background, rgba);
+    if (!st && depth) memcpy(depth, image->depth, count * sizeof *depth);
+    tl_image_destroy(ctx, image);
+    return st;
+}
+
+tl_status tl_renderer_draw_bytes(tl_ctx *ctx, tl_renderer *renderer, const tl_camera *camera,
+                                 const float background[3], uint8_t *rgba, float *depth)
+{
+    if (!renderer->backend->draw_bytes)
+        return draw_packed(ctx, renderer, camera, background, rgba, depth);
+    tl_status st = tli_image_check(ctx, camera->size_px[0], camera->size_px[1]);
+    return st ? st
+              : renderer->backend->draw_bytes(ctx, renderer->state, renderer->items,
+                                              renderer->item_count, camera, background, rgba,
+                                              depth);
+}

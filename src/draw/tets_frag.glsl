@@ -1,14 +1,15 @@
 /* One tet at one pixel. From where the ray leaves it, which the rasterizer knows, it goes back to
  * where the first of the other parts is used up: there it came in. All is a mean of the corners'
  * numbers with weights that are not negative, so that flat tets do no harm. */
-uniform sampler2D near_depth, far_depth; /* the slab of depth that is drawn */
+uniform sampler2D limits[SLABS + 1];     /* depths between slabs, far ones first */
 uniform sampler2D gradients;             /* of vertices, in lengths from which on opacity is full */
 uniform mat3 axes;                       /* right, up, forward in axes of the mesh */
 
 in vec4 part;
 flat in vec4 rate, depths, values;
 flat in uvec4 ids;
-out vec4 color;
+/* SLABS is defined before this text: 1 or 4. */
+layout(location = 0) out vec4 slabs[SLABS];
 
 /* Light by the mean of the gradients where the ray comes in and leaves; both [4] weights of the
  * corners. Returns the factor of extinction. */
@@ -19,6 +20,17 @@ float shade_mean(vec4 enter, vec4 leave)
     for (int i = 0; i < 4; i++) n += share[i] * texelFetch(gradients, place(int(ids[i])), 0).xyz;
     vec2 at = parallel ? vec2(0.0) : (gl_FragCoord.xy - pixel_middle) / scale;
     return shade(n, normalize(axes * vec3(at, 1.0)));
+}
+
+/* What a slab of depths has of the piece between z0 and z1. */
+vec4 between(float z0, float s0, float z1, float s1, float slope, float low, float high,
+             float by_depth)
+{
+    float from = max(z0, low), to = min(z1, high);
+    if (!(to > from)) return vec4(0.0);
+    float a = from > z0 ? s0 + slope * (from - z0) : s0;
+    float b = to < z1 ? s1 + slope * (to - z1) : s1;
+    return piece(a, sums_at(a), b, sums_at(b), (to - from) * by_depth);
 }
 
 void main()
@@ -37,20 +49,31 @@ void main()
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float z0 = dot(enter, depths), z1 = dot(leave, depths);
     float s0 = dot(enter, values), s1 = dot(leave, values);
-    float low = max(texelFetch(near_depth, pixel, 0).r, 0.0);
-    float high = texelFetch(far_depth, pixel, 0).r;
-    if (!(z1 > z0) || !(high > z0) || !(z1 > low)) discard;
-    float slope = (s1 - s0) / (z1 - z0);
-    if (z1 > high) {
-        s1 += slope * (high - z1);
-        z1 = high;
-    }
-    if (z0 < low) {
-        s0 += slope * (low - z0);
-        z0 = low;
-    }
+    float ends[SLABS + 1];
+    ends[0] = texelFetch(limits[0], pixel, 0).r;
+    ends[SLABS] = max(texelFetch(limits[SLABS], pixel, 0).r, 0.0);
+    if (!(z1 > z0) || !(ends[0] > z0) || !(z1 > ends[SLABS])) discard;
     vec2 at = (gl_FragCoord.xy - pixel_middle) / scale;
-    float len = (z1 - z0) * unit * (parallel ? 1.0 : sqrt(1.0 + dot(at, at)));
-    if (has_light) len *= shade_mean(enter, leave);
-    color = piece(s0, sums_at(s0), s1, sums_at(s1), len);
+    float by_depth = unit * (parallel ? 1.0 : sqrt(1.0 + dot(at, at)));
+    if (has_light) by_depth *= shade_mean(enter, leave);
+    float slope = (s1 - s0) / (z1 - z0);
+#if SLABS == 1
+    slabs[0] = between(z0, s0, z1, s1, slope, ends[1], ends[0], by_depth);
+#else
+    ends[1] = max(texelFetch(limits[1], pixel, 0).r, 0.0);
+    ends[2] = max(texelFetch(limits[2], pixel, 0).r, 0.0);
+    ends[3] = max(texelFetch(limits[3], pixel, 0).r, 0.0);
+    slabs[0] = slabs[1] = slabs[2] = slabs[3] = vec4(0.0);
+    int i = int(ends[1] >= z1) + int(ends[2] >= z1) + int(ends[3] >= z1);
+    for (bool more = true; more; i++) { /* most tets are in one slab */
+        float high = i == 0 ? ends[0] : i == 1 ? ends[1] : i == 2 ? ends[2] : ends[3];
+        float low = i == 0 ? ends[1] : i == 1 ? ends[2] : i == 2 ? ends[3] : ends[4];
+        vec4 own = between(z0, s0, z1, s1, slope, low, high, by_depth);
+        if (i == 0) slabs[0] = own;
+        if (i == 1) slabs[1] = own;
+        if (i == 2) slabs[2] = own;
+        if (i == 3) slabs[3] = own;
+        more = i < 3 && low > z0;
+    }
+#endif
 }
