@@ -225,6 +225,49 @@ TL_API tl_status tl_content_annotate(tl_ctx *ctx, const tl_content *content, con
 /* The note: how many tets of how many, and the promised errors. Gives text [bytes]. */
 TL_API void tl_content_note(const tl_content *content, char *text, size_t bytes);
 
+/* ---- what lies at a place ---- */
+
+/* A channel at a place. */
+typedef struct tl_probe_value {
+    const char *name, *unit; /* borrowed from the mesh, as below */
+    uint32_t components;
+    const double *values; /* [components], linear between corners, or that of the tet */
+    double error; /* at every original vertex around there values are within so much of these; 0 of
+                     a mesh, infinite of what is derived of a model's channels */
+} tl_probe_value;
+typedef struct tl_probe {
+    double xyz[3];
+    bool is_inside; /* of a tet; false: of what follows only value_count holds */
+    tl_lidx tet;
+    double tet_size; /* its longest edge, mesh units */
+    int32_t region;
+    const char *region_name; /* NULL: none */
+    uint32_t patch, level;   /* of a model that tet is of; TL_NONE where it is not known */
+    tl_probe_value *values;  /* [value_count] all channels; gives: tl_probe_release */
+    size_t value_count;
+} tl_probe;
+/* What is at a place of a mesh. *probe is zeroed before the first call; it may be used for other
+ * places of the same mesh, where a place near the last one is found faster. locator: of this mesh.
+ * Patches and errors are not known here: TL_NONE, 0. Any thread. */
+TL_API tl_status tl_mesh_probe(tl_ctx *ctx, const tl_mesh *mesh, const tl_locator *locator,
+                               const double xyz[3], tl_probe *probe);
+/* Empties it. NULL is allowed. */
+TL_API void tl_probe_release(tl_ctx *ctx, tl_probe *probe);
+
+/* What is at a place of a content, with patch, level and errors as of tl_mesh_probe. The first call
+ * makes what finds tets, which stays with the content. Gives *probe (tl_probe_release). Any thread.
+ */
+TL_API tl_status tl_content_probe(tl_ctx *ctx, const tl_content *content, const double xyz[3],
+                                  tl_probe *probe);
+/* The place under a pixel (x_px to the right, y_px down, of the camera's picture; the middle of the
+ * first pixel is 0.5, 0.5): where the line of sight has gathered half of the opacity that it
+ * gathers, from volumes and surfaces that can be seen through, up to what is opaque there (by the
+ * depth of image, which may be NULL and of another size); else where it enters the mesh. *is_hit
+ * false: there is nothing. Any thread. */
+TL_API tl_status tl_content_pick(tl_ctx *ctx, const tl_content *content, const tl_camera *camera,
+                                 double x_px, double y_px, const tl_image *image, double xyz[3],
+                                 bool *is_hit);
+
 /* ---- for those who make other things of a cut than pictures ---- */
 
 typedef struct tl_view_request {

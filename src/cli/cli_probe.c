@@ -28,7 +28,6 @@ typedef struct probe {
     const tl_mesh *mesh;
     double (*points)[3];
     size_t point_count, inside_count;
-    double *values; /* [components] of one channel at a point */
     bool is_along;
     FILE *out;
     json_t *rows; /* with --json, of integrals and statistics */
@@ -156,27 +155,25 @@ static void put_point_head(const probe *p)
     fputc('\n', p->out);
 }
 
-static void put_point(const probe *p, size_t point, tl_lidx tet, const double weights[4])
+static void put_point(const probe *p, const tl_probe *here)
 {
     double distance = 0;
-    const double *x = p->points[point];
     for (int k = 0; k < 3; k++) {
-        put_real(p->out, x[k]);
+        put_real(p->out, here->xyz[k]);
         fputc(',', p->out);
-        distance = hypot(distance, x[k] - p->points[0][k]);
+        distance = hypot(distance, here->xyz[k] - p->points[0][k]);
     }
     if (p->is_along) {
         put_real(p->out, distance);
         fputc(',', p->out);
     }
-    if (tet != TL_NONE) fprintf(p->out, "%lu", (unsigned long)tet);
-    for (size_t c = 0; c < tl_mesh_channel_count(p->mesh); c++) {
+    if (here->is_inside) fprintf(p->out, "%lu", (unsigned long)here->tet);
+    for (size_t c = 0; c < here->value_count; c++) {
         const tl_channel *channel = tl_mesh_channel(p->mesh, c);
         if (!is_wanted(p, channel)) continue;
-        if (tet != TL_NONE) tl_channel_at(p->mesh, channel, tet, weights, p->values);
         for (uint32_t k = 0; k < channel->components; k++) {
             fputc(',', p->out);
-            if (tet != TL_NONE) put_real(p->out, p->values[k]);
+            if (here->is_inside) put_real(p->out, here->values[c].values[k]);
         }
         if (!p->volume.is_model) continue;
         fputc(',', p->out);
@@ -188,22 +185,15 @@ static void put_point(const probe *p, size_t point, tl_lidx tet, const double we
 static tl_status put_points(probe *p)
 {
     tl_locator *locator = NULL;
-    tl_lidx hint = TL_NONE;
-    uint32_t most = 0;
+    tl_probe here = {0};
     tl_status st = tl_locator_create(p->session->ctx, p->mesh, NULL, &locator);
-    for (size_t c = 0; c < tl_mesh_channel_count(p->mesh); c++)
-        if (tl_mesh_channel(p->mesh, c)->components > most)
-            most = tl_mesh_channel(p->mesh, c)->components;
-    p->values = tl_mem_alloc(p->session->ctx, most, sizeof *p->values, &st);
     if (!st) put_point_head(p);
     for (size_t i = 0; !st && i < p->point_count; i++) {
-        double weights[4];
-        const tl_lidx tet = tl_locator_find(locator, p->points[i], hint, weights);
-        put_point(p, i, tet, weights);
-        p->inside_count += tet != TL_NONE;
-        if (tet != TL_NONE) hint = tet;
+        st = tl_mesh_probe(p->session->ctx, p->mesh, locator, p->points[i], &here);
+        if (!st) put_point(p, &here);
+        p->inside_count += here.is_inside;
     }
-    tl_mem_free(p->session->ctx, p->values);
+    tl_probe_release(p->session->ctx, &here);
     tl_locator_destroy(locator);
     return st;
 }

@@ -56,7 +56,7 @@ typedef struct tli_scalar {
 
 /* The tets of a patch in the mesh of a cut, which has the patches one after another. */
 typedef struct tli_run {
-    uint32_t tets, level;
+    uint32_t patch, tets, level;
 } tli_run;
 
 typedef struct tli_body {
@@ -69,6 +69,11 @@ typedef struct tli_body {
     double bounds[6], diagonal;
     tli_run *runs; /* [run_count] of a model */
     size_t run_count;
+    double
+        *run_errors; /* [run_count][error_count] bounds in a patch, of the mesh's first channels */
+    size_t error_count;
+    tli_lock locating;
+    tl_locator *locator; /* of its own mesh; NULL until a content is asked, on any thread */
     /* made when they are asked for, by the builder alone */
     tl_channel *formulas; /* [formula_count] channels of expressions; name, unit and values owned */
     size_t formula_count;

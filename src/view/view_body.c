@@ -33,16 +33,20 @@ void tli_mesh_box(const tl_mesh *mesh, double b[6], double *diagonal)
 tl_status tli_body_create(tl_ctx *ctx, tl_mesh *mesh, tli_recipe recipe, tli_body **body)
 {
     tl_status st = TL_OK;
-    *body = tl_mem_zalloc(ctx, 1, sizeof **body, &st);
+    tli_body *b = tl_mem_zalloc(ctx, 1, sizeof *b, &st);
+    if (!st) st = tli_lock_create(ctx, &b->locating);
+    *body = NULL;
     if (st) {
+        tl_mem_free(ctx, b);
         tl_mesh_destroy(mesh);
         return st;
     }
-    (*body)->ctx = ctx;
-    (*body)->mesh = mesh;
-    (*body)->recipe = recipe;
-    atomic_init(&(*body)->uses, 1);
-    tli_mesh_box(mesh, (*body)->bounds, &(*body)->diagonal);
+    b->ctx = ctx;
+    b->mesh = mesh;
+    b->recipe = recipe;
+    atomic_init(&b->uses, 1);
+    tli_mesh_box(mesh, b->bounds, &b->diagonal);
+    *body = b;
     return TL_OK;
 }
 
@@ -115,7 +119,10 @@ void tli_body_release(tli_body *body)
     tl_mem_free(ctx, body->scalars);
     for (size_t i = 0; i < body->formula_count; i++) release_channel(ctx, &body->formulas[i]);
     tl_mem_free(ctx, body->formulas);
+    tl_mem_free(ctx, body->run_errors);
     tl_mem_free(ctx, body->runs);
+    tl_locator_destroy(body->locator);
+    if (!body->base) tli_lock_destroy(&body->locating);
     if (body->base)
         release_borrowed(body->mesh, body->base->mesh);
     else

@@ -270,10 +270,14 @@ static tl_status mark(tl_ctx *ctx, const tli_body *from, tl_mesh *mesh)
 static tl_status copy_runs(tl_ctx *ctx, const tli_body *from, tli_body *body)
 {
     tl_status st = TL_OK;
+    const size_t errors = from->run_count * from->error_count;
     body->runs = tl_mem_alloc(ctx, from->run_count, sizeof *body->runs, &st);
+    body->run_errors = tl_mem_alloc(ctx, errors, sizeof *body->run_errors, &st);
     if (st) return st;
     if (from->run_count) memcpy(body->runs, from->runs, from->run_count * sizeof *body->runs);
+    if (errors) memcpy(body->run_errors, from->run_errors, errors * sizeof *body->run_errors);
     body->run_count = from->run_count;
+    body->error_count = from->error_count;
     return TL_OK;
 }
 

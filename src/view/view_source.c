@@ -222,20 +222,42 @@ static int by_number(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* What is promised of the channels [channel_count] in a patch: by the segment that made it, or, of
+ * those that no segment made, by the finest level. */
+static tl_status set_errors(tl_ctx *ctx, const tl_store *store, const tl_patch_info *patch,
+                            const size_t *channels, size_t channel_count, double *errors)
+{
+    tl_segment_info segment;
+    const double *all = tl_store_get_head(store)->levels[0].max_error;
+    tl_status st = TL_OK;
+    if (patch->producer != TL_NONE) {
+        st = tl_store_segment(ctx, store, patch->producer, &segment);
+        if (!st) all = segment.max_error;
+    }
+    for (size_t c = 0; !st && c < channel_count; c++) errors[c] = all[channels[c]];
+    return st;
+}
+
 /* The mesh of a cut has the patches one after another, by number. */
-static tl_status set_runs(tl_ctx *ctx, const tl_store *store, const tl_cut *cut, tli_body *body)
+static tl_status set_runs(tl_ctx *ctx, const tl_store *store, const tl_cut *cut,
+                          const size_t *channels, size_t channel_count, tli_body *body)
 {
     tl_status st = TL_OK;
     size_t count;
     const uint32_t *drawn = tl_cut_patches(cut, &count);
     uint32_t *numbers = tl_mem_alloc(ctx, count, sizeof *numbers, &st);
     body->runs = tl_mem_alloc(ctx, count, sizeof *body->runs, &st);
+    body->run_errors = tl_mem_alloc(ctx, count, channel_count * sizeof *body->run_errors, &st);
+    body->error_count = channel_count;
     if (!st && count) memcpy(numbers, drawn, count * sizeof *numbers);
     if (!st && count) qsort(numbers, count, sizeof *numbers, by_number);
     for (size_t i = 0; !st && i < count; i++) {
         tl_patch_info info;
         st = tl_store_patch(ctx, store, numbers[i], &info);
-        if (!st) body->runs[i] = (tli_run){info.tet_count, info.level};
+        if (st) break;
+        body->runs[i] = (tli_run){numbers[i], info.tet_count, info.level};
+        st = set_errors(ctx, store, &info, channels, channel_count,
+                        body->run_errors + i * channel_count);
     }
     body->run_count = st ? 0 : count;
     tl_mem_free(ctx, numbers);
@@ -251,7 +273,7 @@ tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, con
     if (st) return st;
     tl_mesh_set_time(mesh, time);
     st = tli_body_create(ctx, mesh, recipe, body);
-    if (!st) st = set_runs(ctx, source->store, cut, *body);
+    if (!st) st = set_runs(ctx, source->store, cut, channels, channel_count, *body);
     if (st) {
         tli_body_release(*body);
         *body = NULL;
