@@ -265,9 +265,10 @@ struct tl_view {
     tl_source *source;
     tl_cut *cut;
     tl_cut_state state;
-    bool has_cut, has_view; /* it was moved; with a camera */
-    bool is_limited;        /* by limits to less than the scene asks for */
-    size_t *channels;       /* [channel_count] of the model that the mesh has */
+    bool has_cut, has_view; /* it was moved; with a camera: */
+    tl_camera camera;
+    bool is_limited;  /* by limits to less than the scene asks for */
+    size_t *channels; /* [channel_count] of the model that the mesh has */
     size_t channel_count;
     tli_body *look, *body;
     /* of the last build, used by the view */

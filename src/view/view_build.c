@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "view/view.h"
+#include "view/view_frustum.h"
 
 /* ---- facts ---- */
 
@@ -172,7 +173,8 @@ static tl_status take_paints(tl_ctx *ctx, const tli_agenda *agenda, tl_content *
     return st;
 }
 
-static tl_status make_things(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda, tl_content *c)
+static tl_status make_things(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
+                             const tl_camera *camera, tl_content *c)
 {
     tl_status st = TL_OK;
     tli_maker maker = {.ctx = ctx,
@@ -185,6 +187,7 @@ static tl_status make_things(tl_ctx *ctx, tl_view *view, const tli_agenda *agend
         st = tli_make_thing(&maker, &agenda->things[i]);
         if (!st) st = tl_progress(ctx, "scene", i + 1, agenda->thing_count);
     }
+    if (!st) st = tli_make_frustum(&maker, camera);
     return st ? st : order_things(ctx, c);
 }
 
@@ -258,7 +261,7 @@ static tl_status build(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
     c->body = tli_body_use(view->body);
     const double start = tli_clock_s();
     st = take_paints(ctx, agenda, c);
-    if (!st) st = make_things(ctx, view, agenda, c);
+    if (!st) st = make_things(ctx, view, agenda, camera, c);
     if (!st) st = set_facts(ctx, view, agenda, c);
     if (!st) st = keep(ctx, view, c);
     c->facts.cut_s = view->cut_s;

@@ -240,6 +240,7 @@ tl_status tli_view_move(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     view->state = tl_cut_get_state(view->cut);
     view->is_limited = a.is_coarser || (a.is_smaller && !(a.is_bounded && view->state.bounds_kept));
     view->has_view = request->camera != NULL;
+    if (view->has_view) view->camera = *request->camera;
     view->has_cut = true;
     return TL_OK;
 }
