@@ -63,8 +63,11 @@ static void surfaces_as_by_the_processor(void **state)
     for (size_t v = 0; v < inner.vert_count; v++) values[v] = inner.xyz[3 * v];
     values[40] = (double)NAN;
     tl_look look = tl_look_defaults();
+    const double red[3] = {1, 0, 0};
+    tl_transfer *with_nan = NULL;
+    CHECK_OK(ctx, tl_transfer_with_nan(ctx, t, red, &with_nan));
     look.scalar = values;
-    look.transfer = t;
+    look.transfer = with_nan;
     look.lit = false;
     drawn.look = &look;
     drawn.translucent = NULL;
@@ -78,6 +81,7 @@ static void surfaces_as_by_the_processor(void **state)
     compare(ctx, "with the volume", &drawn, ALIKE);
     make_triangles_release(&inner);
     make_triangles_release(&outer);
+    tl_transfer_destroy(ctx, with_nan);
     tl_transfer_destroy(ctx, t);
     close_solid(ctx, &s);
     check_ctx_destroy(ctx);

@@ -363,7 +363,8 @@ static void degenerate_triangles(void **state)
     check_ctx_destroy(ctx);
 }
 
-/* A sheet of nothing but values that are none is grey; a picture of nothing stays as it was. */
+/* A sheet of nothing but values that are none is grey, or of the colour of NaN; a picture of
+ * nothing stays as it was. */
 static void values_and_scenes_of_nothing(void **state)
 {
     (void)state;
@@ -378,6 +379,15 @@ static void values_and_scenes_of_nothing(void **state)
     look.transfer = t;
     tl_image *image = draw_surface(ctx, &sheet, &look, &camera);
     for (int k = 0; k < 3; k++) CHECK(picture_pixel(image, 3, 4)[k] == 0.5F);
+    tl_image_destroy(ctx, image);
+    const double yellow[3] = {1, 0.75, 0}, wrong[3] = {0, 0, (double)NAN};
+    tl_transfer *colored = NULL;
+    CHECK_STATUS(tl_transfer_with_nan(ctx, t, wrong, &colored), TL_ERR_ARG);
+    CHECK_OK(ctx, tl_transfer_with_nan(ctx, t, yellow, &colored));
+    look.transfer = colored;
+    image = draw_surface(ctx, &sheet, &look, &camera);
+    for (int k = 0; k < 3; k++) CHECK(picture_pixel(image, 3, 4)[k] == (float)yellow[k]);
+    tl_transfer_destroy(ctx, colored);
     tl_image *before = picture_empty(ctx, &camera),
              *after = draw_surface(ctx, &empty, NULL, &camera);
     CHECK(picture_same(before, after));

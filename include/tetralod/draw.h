@@ -64,7 +64,12 @@ TL_API tl_status tl_transfer_create(tl_ctx *ctx, const tl_color_point *colors, s
                                     double unit_distance, tl_transfer **transfer);
 /* NULL is allowed. */
 TL_API void tl_transfer_destroy(tl_ctx *ctx, tl_transfer *transfer);
-/* Colour of a value, and the extinction there, by mesh unit. Colour of NaN: grey. Any thread. */
+/* The same with another colour of NaN, on surfaces, lines and points (sRGB, 0 to 1). Gives
+ * *transfer. TL_ERR_ARG for numbers out of range. */
+TL_API tl_status tl_transfer_with_nan(tl_ctx *ctx, const tl_transfer *from, const double rgb[3],
+                                      tl_transfer **transfer);
+/* Colour of a value, and the extinction there, by mesh unit. Colour of NaN: grey, or as of
+ * tl_transfer_with_nan. Any thread. */
 TL_API void tl_transfer_at(const tl_transfer *transfer, double value, float rgb[3],
                            double *extinction);
 

@@ -44,6 +44,7 @@ struct tl_transfer {
     /* integrals by steps of extinction times colour, and of extinction */
     float sums[TLI_TRANSFER_STEPS + TLI_TRANSFER_STEPS / TLI_SUM_STEPS + 5][4];
     float bases[TLI_TRANSFER_STEPS / TLI_SUM_STEPS + 2][4];
+    float nan[3];    /* colour of NaN */
     double clear[2]; /* steps: of values up to the first and from the second on, and around them as
                         much as a step, nothing is seen */
 };

@@ -270,6 +270,8 @@ static void set_look(GLuint program, const tl_look *look)
     tli_gl_set_float(program, "opacity", look->opacity);
     glUniform3f(glGetUniformLocation(program, "rgb"), (float)look->rgb[0], (float)look->rgb[1],
                 (float)look->rgb[2]);
+    if (look->transfer)
+        glUniform3fv(glGetUniformLocation(program, "nan_rgb"), 1, look->transfer->nan);
     glUniform4f(glGetUniformLocation(program, "light"), (float)look->ambient, (float)look->diffuse,
                 (float)look->specular, (float)look->shininess);
 }

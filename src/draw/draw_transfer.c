@@ -8,7 +8,7 @@
 
 /* Opacities are taken as at most this: extinction is finite. */
 static const double OPACITY_MAX = 1 - 1e-6;
-static const float GREY = 0.5F;
+static const float GREY = 0.5F; /* of NaN */
 
 static tl_status check_points(tl_ctx *ctx, const double *values, size_t stride, size_t count,
                               size_t numbers, const char *kind)
@@ -125,7 +125,24 @@ tl_status tl_transfer_create(tl_ctx *ctx, const tl_color_point *colors, size_t c
     t->low = fmin(colors[0].value, opacities[0].value);
     t->high = fmax(colors[color_count - 1].value, opacities[opacity_count - 1].value);
     t->per_value = t->high > t->low ? TLI_TRANSFER_STEPS / (t->high - t->low) : 0;
+    for (int k = 0; k < 3; k++) t->nan[k] = GREY;
     fill(t, &f);
+    *transfer = t;
+    return TL_OK;
+}
+
+tl_status tl_transfer_with_nan(tl_ctx *ctx, const tl_transfer *from, const double rgb[3],
+                               tl_transfer **transfer)
+{
+    tl_status st = TL_OK;
+    *transfer = NULL;
+    for (int k = 0; k < 3; k++)
+        if (!(rgb[k] >= 0 && rgb[k] <= 1))
+            return tl_fail(ctx, TL_ERR_ARG, "the colour of NaN has %g, expected 0 to 1", rgb[k]);
+    tl_transfer *t = tl_mem_alloc(ctx, 1, sizeof *t, &st);
+    if (st) return st;
+    *t = *from;
+    for (int k = 0; k < 3; k++) t->nan[k] = (float)rgb[k];
     *transfer = t;
     return TL_OK;
 }
@@ -138,7 +155,7 @@ void tl_transfer_destroy(tl_ctx *ctx, tl_transfer *transfer)
 void tl_transfer_at(const tl_transfer *transfer, double value, float rgb[3], double *extinction)
 {
     double at = (value - transfer->low) * transfer->per_value;
-    for (int k = 0; k < 3; k++) rgb[k] = GREY;
+    memcpy(rgb, transfer->nan, sizeof transfer->nan);
     *extinction = 0;
     if (isnan(value)) return;
     at = at < 0 || isnan(at) ? 0 : at > TLI_TRANSFER_STEPS ? TLI_TRANSFER_STEPS : at;

@@ -4,6 +4,7 @@ uniform sampler2D colors; /* of values */
 uniform bool has_values, lit;
 uniform bool translucent; /* which of the fragments are drawn */
 uniform vec3 rgb;
+uniform vec3 nan_rgb; /* of values that are NaN */
 uniform vec4 light; /* ambient, diffuse, specular, shininess */
 uniform float opacity;
 
@@ -12,7 +13,7 @@ const float STEPS = 4096.0;
 vec3 color_of(float steps)
 {
     if (!has_values) return rgb;
-    if (isnan(steps)) return vec3(0.5);
+    if (isnan(steps)) return nan_rgb;
     float s = clamp(steps, 0.0, STEPS);
     int i = int(min(floor(s), STEPS - 1.0));
     return mix(texelFetch(colors, place(i), 0).rgb, texelFetch(colors, place(i + 1), 0).rgb,
