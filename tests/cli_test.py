@@ -138,6 +138,15 @@ class Words(Case):
             self.assertEqual(f.read(), self.good("help", "--markdown").stdout,
                              "write it again: tetralod help --markdown > docs/CLI.md")
 
+    def test_manual_of_scenes_is_current(self):
+        with open(os.path.join(SOURCE, "docs", "SCENE.md"), encoding="utf-8") as f:
+            page = f.read()
+        self.assertEqual(page, self.good("help", "scene").stdout, "write it again: tetralod help scene > docs/SCENE.md")
+        # each property of a scene as it is written, with its preset, is in the page
+        self.assertEqual(len(re.findall(r"^### \w+$", page, re.M)), 16)
+        for line in re.findall(r"^\| `(?:\w+)` \| .*$", page, re.M):
+            self.assertEqual(len(re.findall(r"(?<!\\)\|", line)), 5, line)
+
     def test_forms_of_options(self):
         for words in (("--output=a.vtu", "--ratio=50%"), ("-oa.vtu", "--ratio", "0.5"), ("-o", "a.vtu", "--tets", "160")):
             said = self.said("simplify", "cube.vtk", *words)

@@ -65,6 +65,32 @@ static void content_of_a_mesh(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* The colour of NaN is that of the scene's transfer function, and grey without. */
+static void values_that_are_none_have_their_colour(void **state)
+{
+    static const char *const LINES[] = {
+        "add derive text=\"h=sqrt(0.5-f)\"", "add transfer channel=h nan_color=#ffff00",
+        "add boundary color_by=h", "add slice plane=x color_by=g", NULL};
+    (void)state;
+    tl_view *view = NULL;
+    tl_ctx *ctx = check_ctx_create(1);
+    tl_source *source = view_source(ctx, SIDE);
+    tl_scene *scene = view_scene(ctx, source, LINES);
+    float yellow[3], grey[3];
+    double extinction;
+    CHECK_OK(ctx, tl_view_create(ctx, source, &view));
+    tl_content *content = view_build(ctx, view, scene);
+    tl_transfer_at(tl_content_values(content, "h")->transfer, (double)NAN, yellow, &extinction);
+    tl_transfer_at(tl_content_values(content, "g")->transfer, (double)NAN, grey, &extinction);
+    CHECK(yellow[0] == 1 && yellow[1] == 1 && yellow[2] == 0);
+    for (int k = 0; k < 3; k++) CHECK(grey[k] == 0.5F);
+    tl_content_destroy(ctx, content);
+    tl_view_destroy(view);
+    tl_scene_destroy(ctx, scene);
+    tl_source_destroy(source);
+    check_ctx_destroy(ctx);
+}
+
 static void content_of_a_model(void **state)
 {
     static const char *const LINES[] = {"add surface channel=f value=0.5", "set detail.error_px 0",
@@ -368,6 +394,7 @@ static void histograms(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(content_of_a_mesh),
+                                       cmocka_unit_test(values_that_are_none_have_their_colour),
                                        cmocka_unit_test(content_of_a_model),
                                        cmocka_unit_test(focus_and_frozen_cuts),
                                        cmocka_unit_test(nothing_to_show),

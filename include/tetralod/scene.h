@@ -86,7 +86,7 @@ typedef struct tl_prop_info {
     bool logarithmic;           /* a slider has steps of equal ratio */
     const char *const *choices; /* NULL-terminated words of a choice, else NULL */
     const char *unit;           /* "px", "s", "degrees", "tets", "bytes", "mesh units", "channel",
-                                   "%"; "": none */
+                                   "%" and their like; "": none */
     const char *preset;         /* what a new node has, as text; "": empty */
     const char *help;           /* a line */
 } tl_prop_info;
@@ -334,12 +334,12 @@ typedef struct tl_control_points {
     tl_opacity_point *opacities; /* [opacity_count], the same; none: there were none */
     size_t color_count, opacity_count;
     bool logarithmic; /* the file asks for a logarithmic scale */
-    bool has_nan;     /* colour and opacity of NaN are given */
-    double nan_rgb[3], nan_opacity;
+    bool has_nan;     /* the colour of NaN is given */
+    double nan_rgb[3];
 } tl_control_points;
 /* Reads ParaView's JSON (a list of colour maps, of which the first is taken; commas before a
  * closing bracket are forgiven): ColorSpace and RGBPoints; Points with midpoint and sharpness;
- * UseLogScale, HSVWrap, NanColor, NanOpacity. Ways that are not straight become many points;
+ * UseLogScale, HSVWrap, NanColor. Ways that are not straight become many points;
  * logarithmic: in the logarithm, also if the file does not ask for it. Gives *points. TL_ERR_IO,
  * TL_ERR_FORMAT; TL_ERR_UNSUPPORTED in a build without jansson. */
 TL_API tl_status tl_control_points_read(tl_ctx *ctx, const char *path, bool logarithmic,
@@ -347,7 +347,7 @@ TL_API tl_status tl_control_points_read(tl_ctx *ctx, const char *path, bool loga
 /* Writes what ParaView reads as a preset of a name. The file appears only when complete. */
 TL_API tl_status tl_control_points_write(tl_ctx *ctx, const char *path, const char *name,
                                          const tl_control_points *points);
-/* The same into a transfer node, as one step: colors, opacities, nan_color and nan_opacity, and
+/* The same into a transfer node, as one step: colors, opacities and nan_color, and
  * logarithmic if the file asks for it. */
 TL_API tl_status tl_transfer_read(tl_ctx *ctx, tl_scene *scene, tl_node node, const char *path);
 

@@ -77,6 +77,7 @@ void cli_help_program(FILE *out)
     for (size_t i = 0; cli_verbs[i]; i++)
         fprintf(out, "  %-10s %s\n", cli_verbs[i]->name, cli_verbs[i]->about);
     fputs("\n  tetralod help VERB    what a verb takes, with examples\n"
+          "  tetralod help scene   what a scene is made of, and its commands\n"
           "  tetralod --version    version of the program and its library\n\n",
           out);
     print_wrapped(out, RULES, 0, 0);

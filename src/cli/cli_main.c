@@ -23,7 +23,7 @@ static int unknown_verb(const char *name)
     return cli_misuse(NULL, "unknown verb '%s'", name);
 }
 
-/* tetralod help [VERB|--markdown] */
+/* tetralod help [VERB|scene|--markdown] */
 static int help(int argc, char **argv)
 {
     if (argc > 1) return cli_misuse(NULL, "'%s' is one too many for help", argv[1]);
@@ -31,6 +31,8 @@ static int help(int argc, char **argv)
         cli_help_program(stdout);
     } else if (strcmp(argv[0], "--markdown") == 0) {
         cli_help_markdown(stdout);
+    } else if (strcmp(argv[0], "scene") == 0) {
+        cli_help_scene(stdout);
     } else {
         const cli_verb *verb = find_verb(argv[0]);
         if (!verb) return unknown_verb(argv[0]);

@@ -277,5 +277,7 @@ const char *cli_nearest(const char *text, const char *const *words, size_t word_
 void cli_help_program(FILE *out);
 void cli_help_verb(FILE *out, const cli_verb *verb);
 void cli_help_markdown(FILE *out);
+/* The table of scenes, docs/SCENE.md; cli_help_scene.c. */
+void cli_help_scene(FILE *out);
 
 #endif

@@ -11,7 +11,7 @@ typedef struct reader {
     double *numbers;  /* [TLI_FILE_POINTS_MAX][TLI_POINT_NUMBERS] */
     tli_points *points;
     bool logarithmic, has_nan;
-    double nan[TLI_POINT_NUMBERS]; /* red, green, blue, opacity of NaN */
+    double nan_rgb[3];
 } reader;
 
 static tl_status wrong(const reader *r, const char *what)
@@ -51,20 +51,16 @@ static bool is_on(const json_t *map, const char *key)
     return json_is_true(word) || (json_is_number(word) && json_number_value(word) != 0);
 }
 
-/* Colour and opacity of NaN, where they are given. */
+/* The colour of NaN, where it is given. */
 static tl_status take_nan(reader *r, const json_t *map)
 {
     const json_t *color = json_object_get(map, "NanColor");
-    const json_t *opacity = json_object_get(map, "NanOpacity");
     r->has_nan = color != NULL;
     for (size_t k = 0; color && k < 3; k++) {
-        r->nan[k] = number_of(color, k);
-        if (json_array_size(color) != 3 || !(r->nan[k] >= 0 && r->nan[k] <= 1))
+        r->nan_rgb[k] = number_of(color, k);
+        if (json_array_size(color) != 3 || !(r->nan_rgb[k] >= 0 && r->nan_rgb[k] <= 1))
             return wrong(r, "NanColor: expected red, green, blue from 0 to 1");
     }
-    r->nan[3] = opacity ? json_number_value(opacity) : 1;
-    if (opacity && (!json_is_number(opacity) || !(r->nan[3] >= 0 && r->nan[3] <= 1)))
-        return wrong(r, "NanOpacity: expected a number from 0 to 1");
     return TL_OK;
 }
 
@@ -109,8 +105,7 @@ static tl_status pack(const reader *r, tl_control_points **packed)
     memcpy(p->opacities, from->opacities, opacity_bytes);
     p->logarithmic = r->logarithmic;
     p->has_nan = r->has_nan;
-    memcpy(p->nan_rgb, r->nan, sizeof p->nan_rgb);
-    p->nan_opacity = r->nan[3];
+    memcpy(p->nan_rgb, r->nan_rgb, sizeof p->nan_rgb);
     *packed = p;
     return TL_OK;
 }

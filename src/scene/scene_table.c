@@ -34,9 +34,9 @@
     {                                                                                              \
         name, TL_PROP_REAL, 1, least, 1, false, NULL, "", preset, help                             \
     }
-#define PIXELS(name, most, preset, help)                                                           \
+#define PIXELS(name, least, preset, help)                                                          \
     {                                                                                              \
-        name, TL_PROP_REAL, 1, 0, most, false, NULL, "px", preset, help                            \
+        name, TL_PROP_REAL, 1, least, 100, false, NULL, "px", preset, help                         \
     }
 #define PLANE(name, help)                                                                          \
     {                                                                                              \
@@ -67,7 +67,7 @@ static const tl_prop_info DATA[] = {
 };
 static const tl_prop_info CAMERA[] = {
     {"position", TL_PROP_POINT, 3, ANY, false, NULL, "mesh units", "",
-     "where it stands; empty: where all of the data is seen from azimuth 30, elevation 20"},
+     "where it stands; auto: where all of the data is seen from azimuth 30, elevation 20"},
     {"focal_point", TL_PROP_POINT, 3, ANY, false, NULL, "mesh units", "0 0 0", "what it looks at"},
     {"view_up", TL_PROP_POINT, 3, ANY, false, NULL, "", "0 0 1", "what is up on the picture"},
     {"view_angle", TL_PROP_REAL, 1, 0.001, 179, false, NULL, "degrees", "30",
@@ -77,7 +77,7 @@ static const tl_prop_info CAMERA[] = {
      "half the height of a parallel view; 0: that of the perspective at the focal point"},
 };
 static const tl_prop_info PICTURE[] = {
-    COLOR("background", "white", "behind all things; empty: transparent"),
+    COLOR("background", "white", "behind all things; none: transparent"),
     TEXT("title", "", "a line above"),
     FLAG("bar", "on", "scalar bars"),
     FLAG("axes", "on", "numbers along the edges of the box"),
@@ -115,7 +115,7 @@ static const tl_prop_info DETAIL[] = {
      "limit of a graphics card's memory; 0: the program chooses"},
     FLAG("frozen", "off", "the cut stays as it is while the camera moves"),
     FLAG("focus", "off", "finer in focus_box"),
-    BOX("focus_box", "where it is finer; empty: the middle half of the data"),
+    BOX("focus_box", "where it is finer; auto: the middle half of the data"),
     {"focus_gain", TL_PROP_REAL, 1, 1, 1000, true, NULL, "", "4",
      "outside of focus_box errors may be so many times as large"},
 };
@@ -124,15 +124,15 @@ static const tl_prop_info DERIVE[] = {
 };
 static const tl_prop_info CLIP[] = {
     FLAG("on", "on", "whether it clips"),
-    PLANE("plane", "what lies on the side of the normal is cut off; empty: half of the data, by x"),
+    PLANE("plane", "what lies on the side of the normal is cut off; auto: half of the data, by x"),
 };
 static const tl_prop_info THRESHOLD[] = {
     FLAG("on", "on", "whether tets are left out"),
     CHANNEL("channel", "whose values decide; empty: nothing is left out"),
     {"low", TL_PROP_REAL, 1, ANY, false, NULL, "channel", "",
-     "the least value that stays; empty: any"},
+     "the least value that stays; auto: any"},
     {"high", TL_PROP_REAL, 1, ANY, false, NULL, "channel", "",
-     "the largest value that stays; empty: any"},
+     "the largest value that stays; auto: any"},
 };
 static const tl_prop_info TRANSFER[] = {
     CHANNEL("channel", "whose colours and opacities these are"),
@@ -148,20 +148,19 @@ static const tl_prop_info TRANSFER[] = {
     {"percent", TL_PROP_REAL, 2, 0, 100, false, NULL, "%", "2 98",
      "parts of the volume below the ends of the map, where range_by is percent"},
     {"colors", TL_PROP_LIST, 4, 0, 1, false, NULL, "", "",
-     "points of value, red, green, blue in place of the map; empty: the map"},
+     "points of value, red, green, blue in place of the map; auto: the map"},
     {"opacities", TL_PROP_LIST, 2, 0, 1, false, NULL, "", "",
-     "points of value, opacity; empty: from the histogram"},
+     "points of value, opacity; auto: from the histogram"},
     {"unit_distance", TL_PROP_REAL, 1, POSITIVE, true, NULL, "mesh units", "0",
      "thickness of the layer that has the opacities; 0: a fiftieth of the diagonal"},
-    COLOR("nan_color", "", "of NaN on surfaces; empty: grey"),
-    OPACITY("nan_opacity", 0, "1", "of NaN on surfaces"),
+    COLOR("nan_color", "", "of NaN on surfaces; auto: grey"),
 };
 static const tl_prop_info VOLUME[] = {
     VISIBLE,
     CHANNEL("channel", "what is seen as a cloud"),
     CHOICE("method", METHODS, "auto", "how OpenGL draws it: tet by tet, or by a ray a pixel"),
     FLAG("lit", "off", "light on it"),
-    {"gradient_opacity", TL_PROP_REAL, 1, POSITIVE, true, NULL, "", "0",
+    {"gradient_opacity", TL_PROP_REAL, 1, POSITIVE, true, NULL, "channel by mesh unit", "0",
      "full opacity from this length of the gradient on, less where it is smaller; 0: everywhere"},
     FLAG("gradient_percent", "off", "gradient_opacity is in percent of the largest gradient"),
 };
@@ -169,33 +168,33 @@ static const tl_prop_info SURFACE[] = {
     VISIBLE,
     CHANNEL("channel", "whose isosurface it is"),
     {"value", TL_PROP_REAL, 1, ANY, false, NULL, "channel", "",
-     "where the channel has it; empty: the middle of its range"},
+     "where the channel has it; auto: the middle of its range"},
     COLOR_BY,
-    COLOR("color", "", "its colour; empty: that of the value in the transfer function"),
+    COLOR("color", "", "its colour; auto: that of the value in the transfer function"),
     OPACITY("opacity", 0, "1", "1 hides what is behind it"),
 };
 static const tl_prop_info SLICE[] = {
     VISIBLE,
-    PLANE("plane", "where it is; empty: through the middle of the data, across x"),
+    PLANE("plane", "where it is; auto: through the middle of the data, across x"),
     COLOR_BY,
     OPACITY("opacity", 0, "1", "1 hides what is behind it"),
 };
 static const tl_prop_info BOUNDARY[] = {
     VISIBLE,
     COLOR_BY,
-    COLOR("color", "", "its colour; empty: grey"),
+    COLOR("color", "", "its colour; auto: grey"),
     OPACITY("opacity", -1, "-1", "-1: as glass around other things, else opaque"),
     CHOICE("mark", MARKS, "none", "a model's patches, or levels of detail, in colours"),
 };
 static const tl_prop_info EDGES[] = {
     VISIBLE,
-    PIXELS("width_px", 100, "1.1", "their width"),
-    COLOR("color", "", "their colour; empty: dark"),
+    PIXELS("width_px", 0.1, "1.1", "their width"),
+    COLOR("color", "", "their colour; auto: dark"),
 };
 static const tl_prop_info SILHOUETTES[] = {
     VISIBLE,
-    PIXELS("width_px", 100, "1.8", "their width"),
-    COLOR("color", "", "their colour; empty: dark"),
+    PIXELS("width_px", 0.1, "1.8", "their width"),
+    COLOR("color", "", "their colour; auto: dark"),
 };
 static const tl_prop_info POINTS[] = {
     VISIBLE,
@@ -203,7 +202,7 @@ static const tl_prop_info POINTS[] = {
     {"count", TL_PROP_COUNT, 1, 1, 1e8, true, NULL, "", "200000", "about so many"},
     {"shells", TL_PROP_COUNT, 1, 0, 256, false, NULL, "", "10",
      "isosurfaces, evenly over the range; 0: of all values"},
-    PIXELS("radius_px", 100, "1.1", "their radius"),
+    PIXELS("radius_px", 0.1, "1.1", "their radius"),
     CHANNEL("color_by", "the channel that colours them; empty: their own"),
 };
 static const tl_prop_info LINES[] = {
@@ -211,15 +210,15 @@ static const tl_prop_info LINES[] = {
     CHANNEL("channel", "the vectors that they follow"),
     TEXT("seeds", "grid", "where they begin, as of tetralod lines --seeds"),
     CHOICE("shape", SHAPES, "tube", "how they are lit"),
-    PIXELS("width_px", 100, "2", "their width"),
-    PIXELS("halo_px", 100, "0", "a gap beside them, which sets them apart from what is behind"),
+    PIXELS("width_px", 0.1, "2", "their width"),
+    PIXELS("halo_px", 0, "0", "a gap beside them, which sets them apart from what is behind"),
     {"dash", TL_PROP_REAL, 1, 0, 100, false, NULL, "%", "0",
      "length of dashes and gaps, in percent of the diagonal; 0: none"},
     {"arrows", TL_PROP_REAL, 1, 0, 100, false, NULL, "%", "0",
      "from arrow to arrow, in percent of the diagonal; 0: none"},
     OPACITY("opacity", 0, "1", "of lines that are not ghosts"),
     FLAG("has_box", "off", "lines that do not run through the box are ghosts"),
-    BOX("box", "of has_box; empty: the middle half of the data"),
+    BOX("box", "of has_box; auto: the middle half of the data"),
     {"speed", TL_PROP_REAL, 1, -1000, 1000, false, NULL, "1/s", "0",
      "dashes and arrows that pass a place in a second; 0: they stand"},
     CHANNEL("color_by", "the channel that colours them; empty: the length of their vectors"),

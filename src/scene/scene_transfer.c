@@ -29,8 +29,6 @@ tl_status tl_control_points_write(tl_ctx *ctx, const char *path, const char *nam
     if (points->has_nan) {
         tli_text_put(&t, ",\n  \"NanColor\": ");
         tli_text_put_reals(&t, points->nan_rgb, 3);
-        tli_text_put(&t, ",\n  \"NanOpacity\": ");
-        tli_text_put_real(&t, points->nan_opacity);
     }
     /* of which middle and sharpness make straight ways */
     if (points->opacity_count)
@@ -56,12 +54,10 @@ static tl_status put_points(tl_ctx *ctx, tl_scene *scene, tl_node node, const tl
     static const double ON = 1;
     tl_value values[TLI_PROPS_MAX];
     const tli_node *old = scene->now->nodes[tli_scene_place(scene, node)];
-    const double nan_opacity = p->has_nan ? p->nan_opacity : 1;
     memcpy(values, old->values, old->prop_count * sizeof *values);
     tl_status st = put(ctx, values, "colors", &p->colors->value, 4 * p->color_count);
     if (!st) st = put(ctx, values, "opacities", &p->opacities->value, 2 * p->opacity_count);
     if (!st) st = put(ctx, values, "nan_color", p->nan_rgb, p->has_nan ? 3 : 0);
-    if (!st) st = put(ctx, values, "nan_opacity", &nan_opacity, 1);
     if (!st && p->logarithmic) st = put(ctx, values, "logarithmic", &ON, 1);
     return st ? st : tli_scene_put(ctx, scene, node, values, "read transfer function");
 }

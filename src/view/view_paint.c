@@ -23,6 +23,7 @@ typedef struct wishes {
     range_by by;
     double range[2], parts[2], unit_distance;
     tl_value colors, opacities; /* rows */
+    tl_value nan;               /* colour */
 } wishes;
 
 static wishes wishes_of(tl_ctx *ctx, const tl_scene *scene, const char *channel)
@@ -43,6 +44,7 @@ static wishes wishes_of(tl_ctx *ctx, const tl_scene *scene, const char *channel)
         for (int k = 0; k < 2; k++) w.parts[k] = value.reals[k] / 100;
     if (tl_scene_get(ctx, scene, node, "colors", &w.colors)) w.colors = (tl_value){0};
     if (tl_scene_get(ctx, scene, node, "opacities", &w.opacities)) w.opacities = (tl_value){0};
+    if (tl_scene_get(ctx, scene, node, "nan_color", &w.nan)) w.nan = (tl_value){0};
     return w;
 }
 
@@ -233,6 +235,11 @@ static tl_status fill(tl_ctx *ctx, const wishes *w, tli_body *look, const char *
     if (!st)
         st = tl_transfer_create(ctx, paint->colors, v->color_count, paint->opacities,
                                 v->opacity_count, unit, &paint->transfer);
+    if (!st && w->nan.count == 3) {
+        tl_transfer *grey = paint->transfer;
+        st = tl_transfer_with_nan(ctx, grey, w->nan.reals, &paint->transfer);
+        tl_transfer_destroy(ctx, grey);
+    }
     v->transfer = paint->transfer;
     return st;
 }
