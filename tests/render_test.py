@@ -1,5 +1,6 @@
 """tetralod render: pictures of known scenes, of models and files, and wrong use."""
 
+import filecmp
 import json
 import os
 import shutil
@@ -307,6 +308,40 @@ class Render(unittest.TestCase):
         done = run("render", self.grid, "-o", self.path("a%d.png"), "--size", "160x120", "--frames", "2", "-q", "--derive", "u=vec(1,0,0)",
                    "--lines", "u:arrows,width=3", "--seeds", "grid:4")
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_scene_out_and_in(self):
+        """What words draw is drawn again from the scene they wrote, to the byte, and more words come on top of it."""
+        model = self.path("s.tlod")
+        self.assertEqual(run("build", self.grid, "-o", model).returncode, 0)
+        ramp = self.write("scene-ramp.json", '{"RGBPoints": [0, 0, 0, 1, 1.6, 1, 0, 0], "Points": [0, 0, 0.5, 0, 1.6, 0.4, 0.5, 0]}')
+        for words in (["--volume", "value:" + ramp, "--parallel", "--view", "+x,1.2", "--title", "one"],
+                      ["--surface", "value=40%:gold:0.5", "--slice", "y=20%", "--edges", "--boundary", "--error", "5%"],
+                      ["--volume", "value", "--log", "--range", "5%,0.9", "--background", "none", "--annotation", "bar,axes"],
+                      ["--derive", "u=vec(-y,x,0.3)", "--lines", "u:arrows,halo,dash=3", "--box=-1,-1,0,1,1,1", "--clip", "x<0.3"],
+                      ["--points", "value=500", "--silhouettes", "--threshold", "value=10%,", "--tets", "5000"]):
+            for source in (self.grid, model):
+                with self.subTest(words, source=source):
+                    self.draw(*words, "--write-scene", self.path("scene.json"), source=source)
+                    shutil.copy(self.path("p.png"), self.path("words.png"))
+                    self.draw("--scene", self.path("scene.json"), "--write-scene", self.path("scene2.json"), source=source)
+                    self.assertTrue(filecmp.cmp(self.path("p.png"), self.path("words.png"), shallow=False))
+                    self.assertTrue(filecmp.cmp(self.path("scene.json"), self.path("scene2.json"), shallow=False))
+        self.draw("--surface", "value=0.5", "--write-scene", self.path("scene.json"))
+        self.draw("--scene", self.path("scene.json"), "--edges", "--colormap", "magma", "--title", "two", "--write-scene", self.path("scene.json"))
+        with open(self.path("scene.json"), encoding="utf-8") as f:
+            scene = json.load(f)
+        self.assertEqual([thing["kind"] for thing in scene["things"]], ["transfer", "surface", "edges"])
+        self.assertEqual(scene["picture"]["title"], "two")
+        self.assertEqual(scene["data"]["file"], self.grid)
+
+    def test_wrong_scenes(self):
+        for status, text, said in ((1, "{", "JSON"), (1, '{"tetralod_scene": 9}', "tetralod_scene"),
+                                   (1, '{"tetralod_scene": 1, "things": [{"kind": "surface", "value": "high"}]}', "things[0].value"),
+                                   (2, '{"tetralod_scene": 1, "things": [{"kind": "volume", "channel": "heat"}]}', "'value'")):
+            with self.subTest(text):
+                done = run("render", self.grid, "-o", self.path("w.png"), "--scene", self.write("wrong.json", text))
+                self.assertEqual(done.returncode, status, done.stderr)
+                self.assertIn(said, done.stderr)
 
     def test_figures_of_a_picture(self):
         _, said = self.draw()

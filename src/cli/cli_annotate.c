@@ -36,7 +36,7 @@ static int set_parts(cli_scene *scene, const cli_picture *picture)
     const cli_value *value = cli_get(scene->session, CLI_ANNOTATION);
     int failed = CLI_DONE;
     const bool has_room = picture->height >= HEIGHT_LEAST;
-    if (!value->given && scene->is_read && has_room) return CLI_DONE;
+    if (!value->given && scene->is_read) return CLI_DONE;
     for (size_t i = 1; !failed && i < PART_COUNT; i++)
         failed = cli_scene_flag(scene, TL_NODE_PICTURE + 1, PROPS[i],
                                 (value->given || has_room) && names_part(value->text, PARTS[i]));

@@ -107,7 +107,7 @@ int cli_picture_camera(cli_session *session, const tl_scene *scene, const double
 {
     double view[3], points[8 * ORBIT_POINTS][3];
     const cli_value *file = cli_get(session, CLI_CAMERA);
-    const bool is_own = has_camera(session, scene);
+    const bool is_own = picture->is_scenes = has_camera(session, scene);
     int failed = cli_view_read(session, view);
     if (!failed && file->given) {
         tl_status st =

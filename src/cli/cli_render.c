@@ -230,7 +230,7 @@ static int set_cameras(request *r)
         r->cameras[i] = cli_picture_frame(&r->picture, i);
         st = tl_camera_check(ctx, &r->cameras[i]);
     }
-    if (!st) st = tl_scene_set_camera(ctx, volume->scene, &r->cameras[0]);
+    if (!st && !r->picture.is_scenes) st = tl_scene_set_camera(ctx, volume->scene, &r->cameras[0]);
     if (!st && path->given)
         st = tl_cameras_write(ctx, path->text, r->cameras, r->picture.frame_count);
     return st ? cli_fail(session, ctx, st) : CLI_DONE;
@@ -257,11 +257,13 @@ static int write_transfer(request *r)
     return cli_scene_write_transfer(&r->scene, *volume ? volume : color, path->text);
 }
 
-static int write_scene(const request *r)
+static int write_scene(request *r)
 {
     cli_session *session = r->scene.session;
     const cli_value *path = cli_get(session, CLI_WRITE_SCENE);
     if (!path->given) return CLI_DONE;
+    int failed = cli_scene_text(&r->scene, TL_NODE_DATA + 1, "file", r->scene.volume.input.path);
+    if (failed) return failed;
     tl_status st = tl_scene_write(session->ctx, r->scene.volume.scene, path->text);
     return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }

@@ -48,6 +48,7 @@ typedef struct cli_picture {
     tl_camera *keys;  /* [key_count] of --camera */
     size_t key_count;
     tl_camera base;           /* of --view, fitted */
+    bool is_scenes;           /* base is the camera of the scene as it is */
     double orbit;             /* degrees from the first frame to behind the last one */
     double pivot[3], axis[3]; /* of the orbit */
 } cli_picture;

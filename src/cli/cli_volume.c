@@ -130,16 +130,30 @@ static int open_file(cli_session *session, cli_volume *volume)
     return CLI_DONE;
 }
 
+/* The step of a scene, where the words say no other: that of the volume, too. */
+static tl_status take_step(cli_session *session, cli_volume *volume, bool is_read)
+{
+    cli_model_step step = {0};
+    const bool is_said = cli_get(session, CLI_STEP)->given || cli_get(session, CLI_TIME)->given;
+    if (!volume->step.is_chosen) return TL_OK;
+    if (!is_read || is_said)
+        return tl_scene_set_real(session->ctx, volume->scene, TL_NODE_DATA + 1, "step",
+                                 volume->step.number);
+    while (cli_next_step(volume->head, &step))
+        if (step.number == tl_scene_real(volume->scene, TL_NODE_DATA + 1, "step"))
+            volume->step = step;
+    return TL_OK;
+}
+
 /* The scene of the words, on top of one that is there already. */
 static int take_words(cli_session *session, cli_volume *volume)
 {
     tl_status st = TL_OK;
-    if (!volume->scene) st = tl_scene_create(session->ctx, &volume->scene);
+    const bool is_read = volume->scene != NULL;
+    if (!is_read) st = tl_scene_create(session->ctx, &volume->scene);
     if (!st) st = tl_scene_set_bounds(session->ctx, volume->scene, volume->bounds);
     if (!st) st = tl_view_create(session->ctx, volume->source, &volume->view);
-    if (!st && volume->step.is_chosen)
-        st = tl_scene_set_real(session->ctx, volume->scene, TL_NODE_DATA + 1, "step",
-                               volume->step.number);
+    if (!st) st = take_step(session, volume, is_read);
     if (st) return cli_fail(session, session->ctx, st);
     int failed = take_detail(session, volume);
     return failed ? failed : cli_derive(session, volume->source, volume->view, volume->scene);

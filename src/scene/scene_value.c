@@ -25,7 +25,8 @@ void tli_real_print(double real, char text[TLI_REAL_BYTES])
             else if (to > text && to[-1] != '.')
                 *to++ = '.';
         *to = '\0';
-        if (tli_number_f64(text, to, &again) && again == real) return;
+        if (strcmp(text, "-0") == 0) memcpy(to, ".0", sizeof ".0"); /* JSON's -0 is a count */
+        if (tli_number_f64(text, text + strlen(text), &again) && again == real) return;
     }
 }
 

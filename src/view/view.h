@@ -89,7 +89,7 @@ typedef struct tli_body {
 
 /* Box of the vertices with finite coordinates (x0, x1, y0, y1, z0, z1), 0 if there are none. */
 void tli_mesh_box(const tl_mesh *mesh, double bounds[6], double *diagonal);
-/* Takes over mesh, also on failure. Gives *body, used once. view_body.c */
+/* Takes over mesh, on success only. Gives *body, used once. view_body.c */
 tl_status tli_body_create(tl_ctx *ctx, tl_mesh *mesh, tli_recipe recipe, tli_body **body);
 /* A body whose mesh borrows all of another's, and may get channels of its own. Gives *body. */
 tl_status tli_body_borrow(tl_ctx *ctx, tli_body *base, tli_recipe recipe, tli_body **body);

@@ -38,7 +38,6 @@ tl_status tli_body_create(tl_ctx *ctx, tl_mesh *mesh, tli_recipe recipe, tli_bod
     *body = NULL;
     if (st) {
         tl_mem_free(ctx, b);
-        tl_mesh_destroy(mesh);
         return st;
     }
     b->ctx = ctx;

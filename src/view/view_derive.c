@@ -303,7 +303,10 @@ tl_status tli_derive(tl_ctx *ctx, const tl_scene *scene, tli_body *from, tli_bod
     if (!st && chooses) st = choose(ctx, scene, whole->mesh, &part);
     if (!st && part) {
         st = tli_body_create(ctx, part, recipe, derived);
-        if (!st) st = copy_runs(ctx, from, *derived);
+        if (st)
+            tl_mesh_destroy(part);
+        else
+            st = copy_runs(ctx, from, *derived);
     } else if (!st) {
         *derived = tli_body_use(whole);
     }

@@ -134,8 +134,6 @@ tl_status tl_source_create(tl_ctx *ctx, tl_mesh *mesh, const char *name, tl_sour
     if (!tl_mesh_tet_count(mesh))
         return tl_fail(ctx, TL_ERR_DATA, "'%s': there are no tets in it", name);
     tl_status st = create(ctx, name, source);
-    tli_body *body = st ? NULL : tl_mem_zalloc(ctx, 1, sizeof *body, &st);
-    tl_mem_free(ctx, body); /* so that what takes over the mesh is not what fails */
     if (!st) st = tli_body_create(ctx, mesh, 1, &(*source)->body);
     if (!st) {
         st = set_mesh_facts(ctx, *source);
@@ -273,7 +271,11 @@ tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, con
     if (st) return st;
     tl_mesh_set_time(mesh, time);
     st = tli_body_create(ctx, mesh, recipe, body);
-    if (!st) st = set_runs(ctx, source->store, cut, channels, channel_count, *body);
+    if (st) {
+        tl_mesh_destroy(mesh);
+        return st;
+    }
+    st = set_runs(ctx, source->store, cut, channels, channel_count, *body);
     if (st) {
         tli_body_release(*body);
         *body = NULL;
