@@ -168,6 +168,103 @@ static void pictures_keep_what_they_hold(void **state)
     check_ctx_destroy(ctx);
 }
 
+static void values_that_are_none(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    make_mesh m = perturbed(13, true);
+    solid s = open_solid(ctx, &m, hills);
+    tl_transfer *t = colored(ctx, false);
+    size_t count = tl_mesh_vert_count(s.mesh);
+    double *scalar = malloc(count * sizeof *scalar);
+    if (!scalar) abort();
+    for (size_t v = 0; v < count; v++) scalar[v] = v % 61 ? s.scalar[v] : (double)NAN;
+    scene drawn = {.mesh = s.mesh, .scalar = scalar, .volume = s.volume, .transfer = t};
+    compare(ctx, "values that are NaN", &drawn, ALIKE);
+    free(scalar);
+    tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
+    check_ctx_destroy(ctx);
+}
+
+/* Places that are none, tets that are no manifold and lie inside out: a picture comes out all the
+ * same. */
+static void hostile_meshes(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
+    for (uint64_t seed = 0; seed < 8; seed++) {
+        make_mesh m = make_soup(20 + 5 * seed, 300, seed);
+        if (seed & 1) m.xyz[5] = (double)NAN;
+        if (seed & 1) m.xyz[9] = (double)INFINITY;
+        tl_camera camera = make_camera(seed & 2);
+        if (seed & 4) camera.position[2] = 0.5 - 1e-3;
+        solid s = open_solid(ctx, &m, make_height);
+        for (int method = TL_VOLUME_PROJECTED; method <= TL_VOLUME_RAYS; method++) {
+            tl_volume_opts o = tl_volume_opts_defaults();
+            scene drawn = {.scalar = s.scalar, .volume = s.volume, .transfer = t};
+            o.method = (tl_volume_method)method;
+            drawn.volume_opts = &o;
+            if (method == TL_VOLUME_RAYS && !has_rays(ctx, &drawn)) continue;
+            tl_image *image = draw_scene(ctx, TL_RENDERER_GL, &drawn, &camera);
+            for (size_t i = 0; i < (size_t)MAKE_SIDE * MAKE_SIDE * 4; i++)
+                CHECK(image->rgba[i] >= 0 && image->rgba[i] <= 1.001F);
+            tl_image_destroy(ctx, image);
+        }
+        close_solid(ctx, &s);
+    }
+    tl_transfer_destroy(ctx, t);
+    check_ctx_destroy(ctx);
+}
+
+static void count_warnings(void *user, tl_log_level level, const char *text)
+{
+    if (level <= TL_LOG_WARNING && strstr(text, "went in circles")) ++*(int *)user;
+}
+
+/* Two tets in one place, each behind all faces of the other: rays that are in them end all the
+ * same, which is reported. */
+static void rays_in_circles(void **state)
+{
+    (void)state;
+    static const double xyz[5][3] = {
+        {.5, .4, .8}, {.1, .1, .4}, {.9, .1, .4}, {.5, .9, .4}, {.5, .4, 0}};
+    static const tl_lidx tets[3][4] = {{1, 2, 3, 0}, {1, 2, 3, 0}, {1, 3, 2, 4}};
+    static const tl_lidx behind[3][4] = {
+        {4, 5, 6, 11}, {0, 1, 2, 3}, {TL_NONE, TL_NONE, TL_NONE, 3}};
+    int warnings = 0;
+    tl_ctx *ctx = NULL;
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.log = count_warnings;
+    opts.user = &warnings;
+    CHECK_STATUS(tl_ctx_create(&opts, &ctx), TL_OK);
+    make_mesh m = make_room(5, 3);
+    memcpy(m.xyz, xyz, sizeof xyz);
+    memcpy(m.tets, tets, sizeof tets);
+    solid s = {.mesh = make_object(ctx, &m, make_height)};
+    make_release(&m);
+    s.scalar = tl_mesh_channel(s.mesh, 0)->values;
+    CHECK_OK(ctx, tl_volume_create(ctx, s.mesh, behind[0], &s.volume));
+    tl_transfer *t = make_fog(ctx, 0, 1, 1, 1);
+    tl_camera camera = make_camera(true);
+    scene drawn = {.scalar = s.scalar, .volume = s.volume, .transfer = t};
+    tl_renderer *r = open_renderer(ctx, TL_RENDERER_GL);
+    if (r && has_rays(ctx, &drawn)) {
+        fill(ctx, r, &drawn);
+        tl_image *image = picture_take(ctx, r, &camera);
+        CHECK_EQ(warnings, 1);
+        CHECK_NEAR((double)picture_middle(image)[3], -expm1(-0.7), 0.05); /* long, about */
+        tl_image_destroy(ctx, image);
+    }
+    tl_renderer_destroy(ctx, r);
+    tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
+    check_ctx_destroy(ctx);
+}
+
 /* ---- contexts ---- */
 
 enum { OTHER_DRIVER = 7 };
@@ -464,6 +561,9 @@ int main(void)
         cmocka_unit_test(linear_fields),
         cmocka_unit_test(fog_has_its_depth),
         cmocka_unit_test(pictures_keep_what_they_hold),
+        cmocka_unit_test(values_that_are_none),
+        cmocka_unit_test(hostile_meshes),
+        cmocka_unit_test(rays_in_circles),
         cmocka_unit_test(frames_in_a_row),
         cmocka_unit_test(renderers_side_by_side),
 #if TETRALOD_WITH_GL

@@ -176,7 +176,8 @@ bool pass_tet(inout int stalled)
     uint id = tet.x ^ tet.y ^ tet.z ^ tet.w ^ ids.x ^ ids.y ^ ids.z;
     vec4 d = beside(verts[id], ray);
     vec4 s = vec4(corners[0].w, corners[1].w, corners[2].w, d.w);
-    if (all(lessThanEqual(s, clear.xxxx)) || all(greaterThanEqual(s, clear.yyyy))) return false;
+    bool is_clear = all(lessThanEqual(s, clear.xxxx)) || all(greaterThanEqual(s, clear.yyyy));
+    if (is_clear && !any(isnan(s))) return false; /* all() may be made of comparisons that fail */
     uint lost = leave(d, id);
     uint face = lost == tet.y ? 1u : lost == tet.z ? 2u : lost == tet.w ? 3u : 0u;
     at = behind[(at & ~3u) + face];
