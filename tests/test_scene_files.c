@@ -17,6 +17,57 @@ static void write_file(const char *path, const char *text)
     write_text(path, text, strlen(text));
 }
 
+/* Colour times opacity, and opacity, of straight points [count][numbers + 1] at a value. */
+static double point_at(const double *points, size_t count, size_t stride, size_t k, double value)
+{
+    size_t i = 0;
+    while (i < count && points[i * stride] <= value) i++;
+    if (i == 0 || i == count) return points[(i ? count - 1 : 0) * stride + k];
+    const double *a = points + (i - 1) * stride, *b = a + stride;
+    return a[k] + (value - a[0]) / (b[0] - a[0]) * (b[k] - a[k]);
+}
+
+/* No value between is more opaque, and an error below what is promised does not show. */
+static void what_is_visible_holds(void **state)
+{
+    (void)state;
+    enum { POINTS = 6, ROUNDS = 200, SAMPLES = 60 };
+    uint64_t seed = 21;
+    double shown = 0;
+    tl_color_point colors[POINTS];
+    tl_opacity_point opacities[POINTS];
+    for (int round = 0; round < ROUNDS; round++) {
+        double opacity, unseen, at[2] = {0, 0};
+        for (int i = 0; i < POINTS; i++) {
+            colors[i].value = at[0] += make_uniform(&seed);
+            opacities[i].value = at[1] += make_uniform(&seed);
+            opacities[i].opacity = make_uniform(&seed) * (round % 3 > 0);
+            for (int k = 0; k < 3; k++) colors[i].rgb[k] = make_uniform(&seed);
+        }
+        const tl_control_points p = {.colors = colors,
+                                     .color_count = round % 5 ? POINTS : 0,
+                                     .opacities = opacities,
+                                     .opacity_count = round % 7 ? POINTS : 0};
+        const double low = 4 * make_uniform(&seed) - 1, high = low + make_uniform(&seed);
+        tl_control_points_visible(&p, low, high, &opacity, &unseen);
+        CHECK(unseen >= 0);
+        if (!p.opacity_count) CHECK(opacity == 1);
+        for (int i = 0; i < SAMPLES && p.opacity_count; i++) {
+            const double value = low + (high - low) * i / (SAMPLES - 1);
+            const double wrong = value + unseen * (2 * make_uniform(&seed) - 1);
+            const double is = point_at(&opacities->value, POINTS, 2, 1, value);
+            const double was = point_at(&opacities->value, POINTS, 2, 1, wrong);
+            CHECK(is <= opacity + 1e-12);
+            shown = fmax(shown, fabs(is - was));
+            for (size_t k = 1; k <= 3 && p.color_count; k++)
+                shown = fmax(shown, fabs(is * point_at(&colors->value, POINTS, 4, k, value) -
+                                         was * point_at(&colors->value, POINTS, 4, k, wrong)));
+        }
+    }
+    CHECK_BOUND("a change that is not seen", shown, TL_UNSEEN + 1e-12);
+    CHECK(shown > TL_UNSEEN / 4);
+}
+
 #if TETRALOD_WITH_JANSSON
 
 /* As ParaView writes it, commas and all. */
@@ -58,6 +109,11 @@ static void transfer_functions_go_into_scenes(void **state)
     CHECK_OK(ctx, tl_scene_get(ctx, s, t, "nan_color", &value));
     CHECK_EQ(value.count, 0);
     CHECK_OK(ctx, tl_scene_get(ctx, s, t, "opacities", &value));
+    CHECK_EQ(value.count, 0);
+    /* opacities alone leave the colours to the map */
+    write_file("clear.json", "{\"Points\": [0, 0, 0.5, 0, 1, 1, 0.5, 0]}");
+    CHECK_OK(ctx, tl_transfer_read(ctx, s, t, "clear.json"));
+    CHECK_OK(ctx, tl_scene_get(ctx, s, t, "colors", &value));
     CHECK_EQ(value.count, 0);
     CHECK(tl_scene_flag(s, t, "logarithmic")); /* what the scene said stays */
     tl_mem_free(ctx, before);
@@ -275,6 +331,7 @@ static void json_is_refused_by_name(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_visible_holds),
 #if TETRALOD_WITH_JANSSON
         cmocka_unit_test(transfer_functions_go_into_scenes),
         cmocka_unit_test(transfer_functions_come_back),

@@ -330,7 +330,7 @@ TL_API const char *tl_color_name(size_t index);
 /* Control points of a transfer function: straight between each other in the value, or its
  * logarithm. A block of its own (tl_mem_free). */
 typedef struct tl_control_points {
-    tl_color_point *colors;      /* [color_count], by values that do not fall */
+    tl_color_point *colors; /* [color_count], by values that do not fall; none: there were none */
     tl_opacity_point *opacities; /* [opacity_count], the same; none: there were none */
     size_t color_count, opacity_count;
     bool logarithmic; /* the file asks for a logarithmic scale */
@@ -347,6 +347,14 @@ TL_API tl_status tl_control_points_read(tl_ctx *ctx, const char *path, bool loga
 /* Writes what ParaView reads as a preset of a name. The file appears only when complete. */
 TL_API tl_status tl_control_points_write(tl_ctx *ctx, const char *path, const char *name,
                                          const tl_control_points *points);
+/* How opaque points make values from low to high at most (those without opacities: 1), and the
+ * largest error of such values that changes opacity, and colour times opacity, by no more than
+ * TL_UNSEEN; it looks no farther than some times high - low. Values are straight, logarithmic or
+ * not.
+ */
+#define TL_UNSEEN (1.0 / 64) /* a change that is not seen in a picture of 8 bits */
+TL_API void tl_control_points_visible(const tl_control_points *points, double low, double high,
+                                      double *opacity, double *unseen);
 /* The same into a transfer node, as one step: colors, opacities and nan_color, and
  * logarithmic if the file asks for it. */
 TL_API tl_status tl_transfer_read(tl_ctx *ctx, tl_scene *scene, tl_node node, const char *path);

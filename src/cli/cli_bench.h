@@ -50,7 +50,9 @@ int bench_gl(bench_state *state, const bench_data *data);
 tl_status bench_transfer(tl_ctx *ctx, const double range[2], double diagonal,
                          tl_transfer **transfer);
 /* Its control points. */
-void bench_points(const double range[2], cli_points *points);
+enum { BENCH_COLORS = 5, BENCH_OPACITIES = 5 };
+void bench_points(const double range[2], tl_color_point colors[BENCH_COLORS],
+                  tl_opacity_point opacities[BENCH_OPACITIES]);
 /* How far two pictures of one size are apart. */
 double bench_decibels(const tl_image *a, const tl_image *b);
 /* data->path is a model. */

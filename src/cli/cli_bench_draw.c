@@ -12,16 +12,13 @@ enum { BENCH_GL = 1 };
 enum { SIDE_PX = 512 };
 
 /* Parts of the range with colours and opacities, as in bench/vtk_peer.py. */
-static const tl_color_point COLORS[] = {{0, {.1, .1, .6}},
-                                        {.3, {.1, .7, .8}},
-                                        {.5, {.9, .9, .3}},
-                                        {.75, {.95, .4, .1}},
-                                        {1, {.9, .05, .05}}};
-static const tl_opacity_point OPACITIES[] = {{0, 0}, {.15, 0}, {.3, .05}, {.6, .15}, {1, .8}};
-enum {
-    COLOR_COUNT = sizeof COLORS / sizeof *COLORS,
-    OPACITY_COUNT = sizeof OPACITIES / sizeof *OPACITIES
-};
+static const tl_color_point COLORS[BENCH_COLORS] = {{0, {.1, .1, .6}},
+                                                    {.3, {.1, .7, .8}},
+                                                    {.5, {.9, .9, .3}},
+                                                    {.75, {.95, .4, .1}},
+                                                    {1, {.9, .05, .05}}};
+static const tl_opacity_point OPACITIES[BENCH_OPACITIES] = {
+    {0, 0}, {.15, 0}, {.3, .05}, {.6, .15}, {1, .8}};
 /* Unit distance of the opacities, in diagonals. */
 static const double UNIT = 1.0 / 30;
 
@@ -35,26 +32,24 @@ typedef struct draw_row {
     double ray, projected, decibels, vtk_decibels; /* of VTK; 0: not asked */
 } draw_row;
 
-void bench_points(const double range[2], cli_points *points)
+void bench_points(const double range[2], tl_color_point colors[BENCH_COLORS],
+                  tl_opacity_point opacities[BENCH_OPACITIES])
 {
     const double low = range[0], wide = range[1] - range[0];
-    points->color_count = COLOR_COUNT;
-    points->opacity_count = OPACITY_COUNT;
-    memcpy(points->colors, COLORS, sizeof COLORS);
-    memcpy(points->opacities, OPACITIES, sizeof OPACITIES);
-    for (int i = 0; i < COLOR_COUNT; i++)
-        points->colors[i].value = low + wide * points->colors[i].value;
-    for (int i = 0; i < OPACITY_COUNT; i++)
-        points->opacities[i].value = low + wide * points->opacities[i].value;
+    memcpy(colors, COLORS, sizeof COLORS);
+    memcpy(opacities, OPACITIES, sizeof OPACITIES);
+    for (int i = 0; i < BENCH_COLORS; i++) colors[i].value = low + wide * colors[i].value;
+    for (int i = 0; i < BENCH_OPACITIES; i++) opacities[i].value = low + wide * opacities[i].value;
 }
 
 tl_status bench_transfer(tl_ctx *ctx, const double range[2], double diagonal,
                          tl_transfer **transfer)
 {
-    cli_points points;
-    bench_points(range, &points);
-    return tl_transfer_create(ctx, points.colors, points.color_count, points.opacities,
-                              points.opacity_count, UNIT * diagonal, transfer);
+    tl_color_point colors[BENCH_COLORS];
+    tl_opacity_point opacities[BENCH_OPACITIES];
+    bench_points(range, colors, opacities);
+    return tl_transfer_create(ctx, colors, BENCH_COLORS, opacities, BENCH_OPACITIES,
+                              UNIT * diagonal, transfer);
 }
 
 /* Frames, the camera turned a little before each; the first, which is not timed, goes to a file. */

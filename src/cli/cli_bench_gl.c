@@ -60,17 +60,17 @@ static tl_status make_shells(tl_ctx *ctx, const double range[2], double diagonal
                              tl_transfer **transfer)
 {
     enum { SHELL_COUNT = sizeof SHELLS / sizeof *SHELLS };
-    cli_points colors;
-    tl_opacity_point points[4 * SHELL_COUNT];
+    tl_color_point colors[BENCH_COLORS];
+    tl_opacity_point others[BENCH_OPACITIES], points[4 * SHELL_COUNT];
     const double wide = range[1] - range[0];
-    bench_points(range, &colors);
+    bench_points(range, colors, others);
     for (int i = 0; i < SHELL_COUNT; i++)
         for (int k = 0; k < 4; k++) {
             const double at = SHELLS[i] + (k < 2 ? 0 : SHELL_WIDTH);
             points[4 * i + k] =
                 (tl_opacity_point){range[0] + at * wide, k == 1 || k == 2 ? SHELL_OPACITY : 0};
         }
-    return tl_transfer_create(ctx, colors.colors, colors.color_count, points, 4 * SHELL_COUNT,
+    return tl_transfer_create(ctx, colors, BENCH_COLORS, points, 4 * SHELL_COUNT,
                               SHELL_UNIT * diagonal, transfer);
 }
 

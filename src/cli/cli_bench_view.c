@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "cli_bench.h"
-#include "cli_visible.h"
 
 enum { SIDE_PX = 512 };
 static const double PIXELS = 1;
@@ -19,7 +18,8 @@ typedef struct view_row {
 /* What the transfer function of the bench shows of the first scalar. */
 typedef struct view_look {
     uint32_t channel;
-    cli_points points;
+    tl_color_point colors[BENCH_COLORS];
+    tl_opacity_point opacities[BENCH_OPACITIES];
     float *opacity, *unseen; /* [channel_count][TL_BINS] */
 } view_look;
 
@@ -38,10 +38,14 @@ static tl_status look_at(tl_ctx *ctx, const tl_store_head *head, view_look *look
     const double width = (range[1] - range[0]) / TL_BINS;
     look->opacity = tl_mem_zalloc(ctx, bins, sizeof *look->opacity, &st);
     look->unseen = tl_mem_zalloc(ctx, bins, sizeof *look->unseen, &st);
-    bench_points(range, &look->points);
+    bench_points(range, look->colors, look->opacities);
+    const tl_control_points points = {.colors = look->colors,
+                                      .color_count = BENCH_COLORS,
+                                      .opacities = look->opacities,
+                                      .opacity_count = BENCH_OPACITIES};
     for (size_t b = 0; !st && b < TL_BINS; b++) {
         double opacity, unseen, low = range[0] + (double)b * width;
-        cli_visible_points(&look->points, low, low + width, &opacity, &unseen);
+        tl_control_points_visible(&points, low, low + width, &opacity, &unseen);
         look->opacity[look->channel * (size_t)TL_BINS + b] = (float)opacity;
         look->unseen[look->channel * (size_t)TL_BINS + b] = (float)unseen;
     }

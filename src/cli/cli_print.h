@@ -52,11 +52,6 @@ json_t *cli_json_list(json_t *object, const char *key);
 json_t *cli_json_object(json_t *object, const char *key);
 /* Adds an empty object to a list and returns it. */
 json_t *cli_json_item(json_t *list);
-/* Reads a file; with commas, one may stand before a closing bracket. Gives *root (json_decref).
- * Returns an exit status; the message is out already. */
-int cli_json_read(tl_ctx *ctx, const char *path, bool commas, json_t **root);
-/* Writes a file and releases root. Returns an exit status; the message is out already. */
-int cli_json_write(json_t *root, const char *path);
 /* Prints and releases it. */
 void cli_json_print(json_t *object);
 

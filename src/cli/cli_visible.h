@@ -11,20 +11,6 @@
  * already. */
 int cli_visible_read(cli_session *session, const tl_store_head *head, float **opacity);
 
-/* Control points, by values. */
-typedef struct cli_points {
-    tl_color_point colors[TL_SCENE_ROWS_MAX];
-    tl_opacity_point opacities[TL_SCENE_ROWS_MAX];
-    size_t color_count, opacity_count;
-} cli_points;
-
-/* A change of colour, or of opacity, that is not seen in a picture of 8 bits. */
-#define CLI_UNSEEN (1.0 / 64)
-/* How opaque colours and opacities make values from low to high at most, and the largest error of
- * these values that changes opacity, and colour times opacity, by no more than CLI_UNSEEN; it looks
- * no farther than some times high - low. */
-void cli_visible_points(const cli_points *points, double low, double high, double *opacity,
-                        double *unseen);
 /* Of isosurfaces of one channel at values [value_count]: every error shows. Gives *opacity. */
 tl_status cli_visible_values(tl_ctx *ctx, const tl_store_head *head, uint32_t channel,
                              const double *values, size_t value_count, float **opacity);

@@ -13,9 +13,26 @@ static tl_status refuse(tl_ctx *ctx, const char *name)
     return tl_fail(ctx, TL_ERR_UNSUPPORTED,
                    "'%s': this build reads no JSON (Debian package libjansson-dev)", name);
 }
-#define tli_json_scene(ctx, name, text, bytes, scene) refuse(ctx, name)
-#define tli_json_points(ctx, name, text, bytes, logarithmic, points) refuse(ctx, name)
-#define tli_json_cameras(ctx, name, text, bytes, alone, cameras, count) refuse(ctx, name)
+
+tl_status tli_json_scene(tl_ctx *ctx, const char *name, char *text, size_t bytes, tl_scene **scene)
+{
+    (void)text, (void)bytes, (void)scene;
+    return refuse(ctx, name);
+}
+
+tl_status tli_json_points(tl_ctx *ctx, const char *name, char *text, size_t bytes, bool logarithmic,
+                          tl_control_points **points)
+{
+    (void)text, (void)bytes, (void)logarithmic, (void)points;
+    return refuse(ctx, name);
+}
+
+tl_status tli_json_cameras(tl_ctx *ctx, const char *name, char *text, size_t bytes, bool alone,
+                           tl_camera **cameras, size_t *count)
+{
+    (void)text, (void)bytes, (void)alone, (void)cameras, (void)count;
+    return refuse(ctx, name);
+}
 #endif
 
 /* Gives a copy of the bytes, terminated (tl_mem_free). */

@@ -75,14 +75,16 @@ static tl_status take_map(reader *r, const json_t *map, bool logarithmic)
         (!json_is_string(space) || !tli_color_space_named(json_string_value(space), &color.space)))
         return wrong(r, "ColorSpace: expected RGB, HSV, Lab, Lab/CIEDE2000, Diverging or Step");
     if (color.space == TLI_SPACE_HSV && is_on(map, "HSVWrap")) color.space = TLI_SPACE_HSV_WRAP;
-    if (!take_groups(json_object_get(map, "RGBPoints"), r->numbers, &count) || !count)
-        return wrong(r, "RGBPoints: expected numbers in groups of value, red, green, blue, by "
+    const json_t *colors = json_object_get(map, "RGBPoints");
+    const bool has_colors = colors || !json_object_get(map, "Points");
+    if (!take_groups(colors, r->numbers, &count) || (has_colors && !count))
+        return wrong(r, "RGBPoints: expected up to 1024 groups of value, red, green, blue, by "
                         "value, colours from 0 to 1");
-    r->logarithmic = is_on(map, "UseLogScale") && r->numbers[0] > 0;
+    r->logarithmic = count && is_on(map, "UseLogScale") && r->numbers[0] > 0;
     color.logarithmic = opacity.logarithmic = logarithmic || r->logarithmic;
     tli_ways_follow(r->numbers, count, color, r->points);
     if (!take_groups(json_object_get(map, "Points"), r->numbers, &count))
-        return wrong(r, "Points: expected numbers in groups of value, opacity, middle, "
+        return wrong(r, "Points: expected up to 1024 groups of value, opacity, middle, "
                         "sharpness, by value, the others from 0 to 1");
     tli_ways_follow(r->numbers, count, opacity, r->points);
     return take_nan(r, map);

@@ -246,8 +246,6 @@ typedef struct tli_seen {
 } tli_seen;
 /* False: what is drawn depends on the channels in other ways, all of them count. */
 bool tli_see(const tl_source *source, const tli_agenda *agenda, const tli_seen *seen);
-/* Largest opacity of values from low to high. */
-double tli_most_opaque(const tl_opacity_point *points, size_t count, double low, double high);
 
 /* ---- views ---- */
 

@@ -4,66 +4,6 @@
 
 #include "view/view.h"
 
-/* A change of colour, or of opacity, that is not seen in a picture of 8 bits. */
-static const double UNSEEN = 1.0 / 64;
-/* Errors looked at, as parts of a bin's width: from the first on, each twice the one before. */
-static const double UNSEEN_LEAST = 0x1p-6;
-enum { UNSEEN_STEPS = 9 };
-
-/* ---- of control points ---- */
-
-static double between(const tl_opacity_point *a, const tl_opacity_point *b, double value)
-{
-    const double width = b->value - a->value;
-    const double t = width > 0 ? (value - a->value) / width : 0;
-    return a->opacity + t * (b->opacity - a->opacity);
-}
-
-double tli_most_opaque(const tl_opacity_point *points, size_t count, double low, double high)
-{
-    double most = 0;
-    if (low <= points[0].value) most = points[0].opacity;
-    if (high >= points[count - 1].value) most = fmax(most, points[count - 1].opacity);
-    for (size_t i = 0; i + 1 < count; i++) {
-        const tl_opacity_point *a = &points[i], *b = a + 1;
-        if (b->value < low || a->value > high) continue;
-        most = fmax(most,
-                    fmax(between(a, b, fmax(low, a->value)), between(a, b, fmin(high, b->value))));
-    }
-    return most;
-}
-
-/* How fast opacity and colour change at most with values from low to high. */
-static double steepest(const tli_paint *p, double low, double high)
-{
-    double fade = 0, shade = 0;
-    for (size_t i = 0; i + 1 < p->values.opacity_count; i++) {
-        const tl_opacity_point *a = &p->opacities[i], *b = a + 1;
-        if (b->value < low || a->value > high || a->opacity == b->opacity) continue;
-        fade = fmax(fade, fabs(b->opacity - a->opacity) / (b->value - a->value));
-    }
-    for (size_t i = 0; i + 1 < p->values.color_count; i++) {
-        const tl_color_point *a = &p->colors[i], *b = a + 1;
-        if (b->value < low || a->value > high) continue;
-        for (int k = 0; k < 3; k++)
-            if (a->rgb[k] != b->rgb[k])
-                shade = fmax(shade, fabs(b->rgb[k] - a->rgb[k]) / (b->value - a->value));
-    }
-    const double most = tli_most_opaque(p->opacities, p->values.opacity_count, low, high);
-    return fade + (most > 0 ? most * shade : 0);
-}
-
-/* The largest error of values from low to high, up to some bins, that does not show. */
-static double unseen_error(const tli_paint *p, double low, double high)
-{
-    double reach = UNSEEN_LEAST * (high - low), error = 0;
-    for (int i = 0; i < UNSEEN_STEPS; i++, reach *= 2)
-        error = fmax(error, fmin(reach, UNSEEN / steepest(p, low - reach, high + reach)));
-    return error;
-}
-
-/* ---- of an agenda ---- */
-
 /* The error of values from low to high that changes what is drawn for them by no more than shown;
  * of a logarithmic scale small values count. */
 static double error_of(const tli_paint *paint, double low, double high, double shown)
@@ -80,16 +20,18 @@ static void see_paint(const tl_store_head *head, const tli_paint *paint, bool is
 {
     const double *range = head->channels[c].range;
     const double width = (range[1] - range[0]) / TL_BINS;
+    const tl_control_points points = {.colors = paint->colors,
+                                      .color_count = paint->values.color_count,
+                                      .opacities = paint->opacities,
+                                      .opacity_count = paint->values.opacity_count};
     for (uint32_t b = 0; b < TL_BINS; b++) {
         const double low = range[0] + b * width, high = low + width;
-        double opacity = 1, shown = UNSEEN * (tli_paint_shown(paint, paint->values.range[1]) -
-                                              tli_paint_shown(paint, paint->values.range[0]));
+        double opacity = 1, shown = TL_UNSEEN * (tli_paint_shown(paint, paint->values.range[1]) -
+                                                 tli_paint_shown(paint, paint->values.range[0]));
         if (is_volume) {
             const double shown_low = tli_paint_shown(paint, low);
             const double shown_high = tli_paint_shown(paint, high);
-            opacity = tli_most_opaque(paint->opacities, paint->values.opacity_count, shown_low,
-                                      shown_high);
-            shown = unseen_error(paint, shown_low, shown_high);
+            tl_control_points_visible(&points, shown_low, shown_high, &opacity, &shown);
         }
         const float error = (float)error_of(paint, low, high, shown);
         const size_t at = c * (size_t)TL_BINS + b;
