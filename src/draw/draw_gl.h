@@ -62,7 +62,8 @@ tl_status tli_gl_program(tl_ctx *ctx, const tli_gl *gl, const tli_gl_source *sou
 void tli_gl_set_int(GLuint program, const char *name, GLint value);
 void tli_gl_set_float(GLuint program, const char *name, double value);
 void tli_gl_set_vec2(GLuint program, const char *name, double x, double y);
-/* Binds a texture to a unit and gives it to a sampler. */
+/* Binds a texture to a unit below TLI_GL_UNITS and gives it to a sampler. */
+enum { TLI_GL_UNITS = 12 };
 void tli_gl_set_texture(GLuint program, const char *name, GLuint unit, GLuint texture);
 
 /* What all things of a picture share. */

@@ -254,16 +254,30 @@ tl_status tli_gl_check(tl_ctx *ctx, tli_gl *gl)
     return st;
 }
 
-tl_status tli_gl_end(tl_ctx *ctx, tli_gl *gl, tl_status status)
+/* As in a new context, for the viewer whose context it is. */
+static void reset_state(const tli_gl *gl)
 {
-    if (!status) status = tli_gl_check(ctx, gl);
     glUseProgram(0);
     glBindVertexArray(0);
-    glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_2D, 0);
+    for (GLuint unit = TLI_GL_UNITS; unit-- > 0;) {
+        glActiveTexture(GL_TEXTURE0 + unit);
+        glBindTexture(GL_TEXTURE_2D, 0);
+    }
+    for (GLuint binding = 0; gl->modern && binding < COMPUTE_BLOCKS; binding++)
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, 0);
+    if (gl->modern) glBindImageTexture(0, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_R8);
     glDisable(GL_BLEND);
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_CULL_FACE);
+    glBlendFunc(GL_ONE, GL_ZERO);
+    glDepthFunc(GL_LESS);
+    glCullFace(GL_BACK);
+}
+
+tl_status tli_gl_end(tl_ctx *ctx, tli_gl *gl, tl_status status)
+{
+    if (!status) status = tli_gl_check(ctx, gl);
+    reset_state(gl);
     glBindFramebuffer(GL_FRAMEBUFFER, (GLuint)gl->kept_target);
     glViewport(gl->kept_view[0], gl->kept_view[1], gl->kept_view[2], gl->kept_view[3]);
     put_back(gl);

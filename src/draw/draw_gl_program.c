@@ -91,6 +91,7 @@ void tli_gl_set_vec2(GLuint program, const char *name, double x, double y)
 
 void tli_gl_set_texture(GLuint program, const char *name, GLuint unit, GLuint texture)
 {
+    TL_ASSERT(unit < TLI_GL_UNITS);
     glActiveTexture(GL_TEXTURE0 + unit);
     glBindTexture(GL_TEXTURE_2D, texture);
     tli_gl_set_int(program, name, (GLint)unit);

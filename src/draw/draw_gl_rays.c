@@ -98,7 +98,7 @@ tl_status tli_gl_web_add(tl_ctx *ctx, tli_gl *gl, const tli_item *item, tli_gl_w
     *web = (tli_gl_web){.vert_count = mesh->vert_count};
     if (!gl->modern)
         return tl_fail(ctx, TL_ERR_UNSUPPORTED,
-                       "%s has no compute shaders for rays (OpenGL 4.3), projected tets it draws",
+                       "%s has no compute shaders for rays (OpenGL 4.3); it can project tets",
                        gl->name);
     tl_status st = tli_gl_buffer_fill(ctx, gl, &web->tets, mesh->tets, mesh->tet_count,
                                       4 * sizeof *mesh->tets);
