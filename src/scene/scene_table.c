@@ -242,13 +242,13 @@ static const struct {
     [TL_NODE_THRESHOLD] = ROWS("threshold", THRESHOLD, "tets that are left out by their values"),
     [TL_NODE_TRANSFER] = ROWS("transfer", TRANSFER, "colours and opacities of a channel"),
     [TL_NODE_VOLUME] = ROWS("volume", VOLUME, "a channel as a cloud; one is drawn"),
-    [TL_NODE_SURFACE] = ROWS("surface", SURFACE, "an isosurface"),
+    [TL_NODE_SURFACE] = ROWS("surface", SURFACE, "where a channel has a value"),
     [TL_NODE_SLICE] = ROWS("slice", SLICE, "the values on a plane"),
     [TL_NODE_BOUNDARY] = ROWS("boundary", BOUNDARY, "the boundary of the mesh"),
     [TL_NODE_EDGES] = ROWS("edges", EDGES, "sharp edges of the boundary, and between regions"),
     [TL_NODE_SILHOUETTES] = ROWS("silhouettes", SILHOUETTES, "the outlines of the boundary"),
     [TL_NODE_POINTS] = ROWS("points", POINTS, "a cloud of points on isosurfaces"),
-    [TL_NODE_LINES] = ROWS("lines", LINES, "streamlines"),
+    [TL_NODE_LINES] = ROWS("lines", LINES, "curves along vectors"),
 };
 
 static bool is_kind(tl_node_kind kind)
