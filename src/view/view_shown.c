@@ -68,6 +68,15 @@ static tli_recipe item_recipe(const tli_thing *thing, double widths)
     return has_widths ? tli_recipe_real(thing->recipe, widths) : thing->recipe;
 }
 
+/* Equal things of two contents may be two copies: a renderer borrows the one that it was given. */
+static bool is_same_thing(const tli_thing *a, const tli_thing *b)
+{
+    return a->recipe == b->recipe && a->polydata == b->polydata && a->volume == b->volume &&
+           a->scalar == b->scalar && a->transfer == b->transfer &&
+           a->look.scalar == b->look.scalar && a->look.transfer == b->look.transfer &&
+           a->volume_opts.gradients == b->volume_opts.gradients;
+}
+
 tl_status tl_content_show(tl_ctx *ctx, tl_shown *shown, const tl_content *content)
 {
     tl_status st = TL_OK;
@@ -85,7 +94,7 @@ tl_status tl_content_show(tl_ctx *ctx, tl_shown *shown, const tl_content *conten
     const tl_content *before = shown->content;
     while (before && same < shown->item_count && same < content->thing_count &&
            stays(&content->things[same]) && stays(&before->things[same]) &&
-           content->things[same].recipe == before->things[same].recipe)
+           is_same_thing(&content->things[same], &before->things[same]))
         same++;
     remove_from(ctx, shown, same);
     remove_outlines(ctx, shown);
