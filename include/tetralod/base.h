@@ -123,6 +123,9 @@ TL_API void tl_ctx_reset_peak(tl_ctx *ctx);
  * was to be released is. */
 TL_API void tl_ctx_cancel(tl_ctx *ctx, bool cancel);
 
+/* Any thread may call it: the budget from now on, 0: none. What is above it stays. */
+TL_API void tl_ctx_set_budget(tl_ctx *ctx, size_t budget_bytes);
+
 /* Starts a new message with one line that says which file, item and expectation; returns status.
  * Used by the place that fails. May be called from the pool's threads. */
 TL_API tl_status tl_fail(tl_ctx *ctx, tl_status status, const char *format, ...) TL_PRINTF(3, 4);

@@ -72,6 +72,7 @@ tl_status tl_ctx_create(const tl_ctx_opts *opts, tl_ctx **ctx)
     tl_ctx *c = o.resize(o.user, NULL, 0, bytes);
     if (!c) return TL_ERR_MEMORY;
     *c = (tl_ctx){.opts = o, .root = c, .own_bytes = bytes, .thread_count = o.thread_count};
+    atomic_store(&c->budget_bytes, o.budget_bytes);
     for (unsigned i = 0; i < c->thread_count; i++) {
         c->messages[i].length = 0;
         c->messages[i].text[0] = 0;

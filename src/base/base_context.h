@@ -24,6 +24,7 @@ struct tl_ctx {
     tl_ctx *root;     /* whose memory is counted and whose log is written: itself but for a fork */
     size_t own_bytes; /* of this block; not counted in current_bytes */
     atomic_size_t current_bytes, peak_bytes;
+    atomic_size_t budget_bytes; /* of the root alone; 0: none */
     pthread_mutex_t log_mutex;
     tli_pool *pool;   /* NULL with one thread */
     bool is_quiet;    /* messages of level info are kept back */

@@ -41,6 +41,11 @@ size_t tl_ctx_peak_bytes(const tl_ctx *ctx)
     return atomic_load_explicit(&ctx->root->peak_bytes, memory_order_relaxed);
 }
 
+void tl_ctx_set_budget(tl_ctx *ctx, size_t budget_bytes)
+{
+    atomic_store(&ctx->root->budget_bytes, budget_bytes);
+}
+
 void tl_ctx_reset_peak(tl_ctx *ctx)
 {
     tl_ctx *root = ctx->root;
@@ -53,7 +58,8 @@ void tl_ctx_reset_peak(tl_ctx *ctx)
 static tl_status reserve(tl_ctx *ctx, size_t bytes)
 {
     tl_ctx *root = ctx->root;
-    size_t budget = root->opts.budget_bytes ? root->opts.budget_bytes : SIZE_MAX;
+    size_t budget = atomic_load_explicit(&root->budget_bytes, memory_order_relaxed);
+    if (!budget) budget = SIZE_MAX;
     size_t now = atomic_load_explicit(&root->current_bytes, memory_order_relaxed);
     do {
         if (now > budget || bytes > budget - now)

@@ -26,7 +26,8 @@ struct tli_spilled {
 void tli_spill_begin(tl_ctx *ctx, const char *folder)
 {
     tl_ctx *root = ctx->root;
-    if (root->opts.budget_bytes) root->spill_folder = folder && folder[0] ? folder : "/tmp";
+    if (atomic_load(&root->budget_bytes))
+        root->spill_folder = folder && folder[0] ? folder : "/tmp";
 }
 
 void tli_spill_end(tl_ctx *ctx)
