@@ -8,6 +8,7 @@
 #include "tetralod/draw.h"
 #include "tetralod/extract.h"
 #include "tetralod/formats.h"
+#include "tetralod/live.h"
 #include "tetralod/measure.h"
 #include "tetralod/mesh.h"
 #include "tetralod/model.h"

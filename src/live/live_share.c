@@ -1,0 +1,156 @@
+/* What the threads share: counted objects, the lock with its hook, what is to be drawn. */
+#include <math.h>
+#include <string.h>
+
+#include "live/live.h"
+
+void tli_live_lock(tl_live *live)
+{
+    tli_lock_take(&live->lock);
+}
+
+void tli_live_unlock(tl_live *live)
+{
+    bool tells = live->tells && !live->is_ending;
+    live->tells = false;
+    tli_lock_give(&live->lock);
+    if (tells && live->opts.notify) live->opts.notify(live->opts.user);
+}
+
+void tli_live_tell(tl_live *live)
+{
+    live->tells = true;
+    tli_bell_ring(&live->shell);
+}
+
+/* ---- counted objects ---- */
+
+void tli_live_drop_scene(tl_live *live, tli_live_scene *scene)
+{
+    if (!scene || --scene->holds) return;
+    tl_scene_destroy(live->ctx, scene->scene);
+    tl_mem_free(live->ctx, scene);
+}
+
+void tli_live_drop_source(tl_live *live, tli_live_source *source)
+{
+    if (!source || --source->holds) return;
+    source->next = live->old_sources;
+    live->old_sources = source;
+    tli_bell_ring(&live->builder.bell);
+}
+
+void tli_live_drop_content(tl_live *live, tli_live_content *content)
+{
+    if (!content || --content->holds) return;
+    content->next = live->old_contents;
+    live->old_contents = content;
+    tli_bell_ring(&live->builder.bell);
+}
+
+void tli_live_drop_slot(tl_live *live, tli_live_slot *slot)
+{
+    if (!slot || --slot->holds) return;
+    tli_live_drop_content(live, slot->content);
+    slot->content = NULL;
+    tli_bell_ring(&live->drawer.bell); /* it may wait for one */
+}
+
+/* ---- scenes ---- */
+
+/* Cameras and words on pictures need no other content. */
+static uint64_t stamp_of(const tl_scene *scene)
+{
+    size_t count = 0;
+    const tl_node *nodes = tl_scene_nodes(scene, &count);
+    uint64_t stamp = 0xcbf29ce484222325u; /* as of Fowler, Noll and Vo, by eight bytes */
+    for (size_t i = 0; i < count; i++) {
+        tl_node_kind kind = tl_scene_kind(scene, nodes[i]);
+        if (kind == TL_NODE_CAMERA || kind == TL_NODE_PICTURE) continue;
+        stamp = (stamp ^ tl_scene_node_version(scene, nodes[i])) * 0x100000001b3u;
+        stamp ^= stamp >> 29;
+    }
+    return stamp;
+}
+
+tl_status tli_live_copy_scene(tl_live *live, const tl_scene *scene, tli_live_scene **copy)
+{
+    tl_status st = TL_OK;
+    *copy = NULL;
+    tli_live_scene *s = tl_mem_zalloc(live->ctx, 1, sizeof *s, &st);
+    if (!st) st = tl_scene_copy(live->ctx, scene, &s->scene);
+    if (st) {
+        tl_mem_free(live->ctx, s);
+        return st;
+    }
+    s->version = tl_scene_version(s->scene);
+    s->stamp = stamp_of(s->scene);
+    s->holds = 1;
+    *copy = s;
+    return TL_OK;
+}
+
+static double detail(const tli_live_scene *scene, const char *prop)
+{
+    return tl_scene_real(scene->scene, TL_NODE_DETAIL + 1, prop);
+}
+
+void tli_live_show_scene(tl_live *live, tli_live_scene *scene)
+{
+    uint64_t ram = (uint64_t)detail(scene, "ram_bytes");
+    uint64_t card = (uint64_t)detail(scene, "card_bytes");
+    tli_live_drop_scene(live, live->scene);
+    live->scene = scene;
+    if (!ram) ram = live->opts.ram_bytes;
+    if (ram != live->ram_limit) live->fits_tets = UINT64_MAX;
+    live->ram_limit = ram;
+    if (!card) card = UINT64_MAX;
+    if (card != live->card_limit) live->card_tets = UINT64_MAX;
+    live->card_limit = card;
+    tli_pace_ask(&live->pace, detail(scene, "frame_s"), (uint64_t)detail(scene, "moving_tets"));
+}
+
+/* ---- cameras ---- */
+
+bool tli_live_camera(const tl_live *live, tl_camera *camera)
+{
+    if (!live->scene) return false;
+    tl_scene_camera(live->scene->scene, live->width, live->height, camera);
+    return true;
+}
+
+bool tli_live_same_camera(const tl_camera *a, const tl_camera *b)
+{
+    for (int k = 0; k < 3; k++)
+        if (a->position[k] != b->position[k] || a->focal_point[k] != b->focal_point[k] ||
+            a->view_up[k] != b->view_up[k])
+            return false;
+    return a->view_angle == b->view_angle && a->parallel_scale == b->parallel_scale &&
+           a->size_px[0] == b->size_px[0] && a->size_px[1] == b->size_px[1];
+}
+
+/* ---- contents ---- */
+
+bool tli_live_is_final(const tl_live *live, const tli_live_content *content)
+{
+    tl_camera camera;
+    if (!content || !tli_live_camera(live, &camera) || content->stamp != live->scene->stamp)
+        return false;
+    if (content->facts->is_model &&
+        (content->step == TLI_LIVE_QUICK || !tli_live_same_camera(&camera, &content->camera)))
+        return false;
+    if (content->facts->is_complete) return true;
+    /* as fine as asked for, or as fine as there is room */
+    return content->step == TLI_LIVE_FINE && content->error_px <= 0;
+}
+
+tli_live_content *tli_live_best(const tl_live *live)
+{
+    tli_live_content *coarse = live->coarse, *fine = live->fine;
+    if (!coarse || !fine) return coarse ? coarse : fine;
+    uint64_t stamp = live->scene ? live->scene->stamp : 0;
+    if (fine->stamp != coarse->stamp && (fine->stamp == stamp || coarse->stamp == stamp))
+        return fine->stamp == stamp ? fine : coarse;
+    if (!live->moving) return fine;
+    return fine->facts->tets <= live->pace.tets ? fine : coarse;
+}

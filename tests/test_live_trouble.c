@@ -1,0 +1,328 @@
+/* A live view in trouble: files that are not there, are none, are slow or lose their end, too
+ * little memory, no graphics card; work that is cancelled. It says what happened and goes on. */
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "check_live.h"
+
+static const char *const MODEL = "trouble.tlod";
+
+typedef struct fixture {
+    tl_ctx *ctx;
+    tl_live *live;
+    tl_scene *scene;
+} fixture;
+
+static fixture open_file(tl_live_opts *opts, const char *path)
+{
+    fixture f = {.ctx = check_ctx_create(1), .live = live_create(opts)};
+    f.scene = live_open(f.live, f.ctx, path);
+    return f;
+}
+
+static void close_file(fixture *f)
+{
+    tl_live_destroy(f->live);
+    tl_scene_destroy(f->ctx, f->scene);
+    check_ctx_destroy(f->ctx);
+}
+
+/* The next failure. */
+static tl_live_event expect_failure(tl_live *live, tl_live_job job, tl_status status)
+{
+    tl_live_event e = {0};
+    const double end = live_now() + LIVE_PATIENCE_S;
+    while (live_now() < end && e.kind != TL_LIVE_FAILED)
+        if (!tl_live_next_event(live, &e)) tl_live_wait(live, UINT64_MAX, 0.01);
+    CHECK_EQ(e.kind, TL_LIVE_FAILED);
+    CHECK_EQ(e.job, job);
+    CHECK_STATUS(e.status, status);
+    CHECK(e.text[0] != 0);
+    printf("told: %s\n", e.text);
+    return e;
+}
+
+/* The view still draws: a turn gives another frame. */
+static void check_goes_on(fixture *f)
+{
+    uint64_t frames = tl_live_get_stats(f->live).frames;
+    live_turn(f->live, f->ctx, f->scene, 7);
+    const double end = live_now() + LIVE_PATIENCE_S;
+    while (tl_live_get_stats(f->live).frames == frames && live_now() < end)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    CHECK(tl_live_get_stats(f->live).frames > frames);
+}
+
+/* ---- files ---- */
+
+static void test_files_that_are_none(void **state)
+{
+    (void)state;
+    fixture f = open_file(NULL, MODEL);
+    tl_live_release(f.live, live_settle(f.live));
+    const tl_source *source = tl_live_source(f.live);
+    CHECK_STATUS(tl_live_open(f.live, "nowhere.tlod", NULL), TL_OK);
+    CHECK(strstr(expect_failure(f.live, TL_LIVE_OPEN, TL_ERR_IO).text, "nowhere.tlod"));
+    FILE *file = fopen("empty.vtu", "w");
+    CHECK(file && !fclose(file));
+    CHECK_STATUS(tl_live_open(f.live, "empty.vtu", NULL), TL_OK);
+    expect_failure(f.live, TL_LIVE_OPEN, TL_ERR_FORMAT);
+    CHECK(tl_live_source(f.live) == source);
+    check_goes_on(&f);
+    close_file(&f);
+}
+
+static void copy_file(const char *from, const char *to)
+{
+    size_t count;
+    FILE *in = fopen(from, "rb"), *out = fopen(to, "wb");
+    static char bytes[1 << 16];
+    CHECK(in && out);
+    while ((count = fread(bytes, 1, sizeof bytes, in)))
+        CHECK_EQ(fwrite(bytes, 1, count, out), count);
+    CHECK(!fclose(in) && !fclose(out));
+}
+
+/* A file that is removed while it is open stays readable; one that is cut short is told of once. */
+static void test_files_that_change(void **state)
+{
+    (void)state;
+    copy_file(MODEL, "short.tlod");
+    fixture f = open_file(NULL, "short.tlod");
+    tl_live_release(f.live, live_settle(f.live));
+    CHECK_EQ(truncate("short.tlod", 70000), 0);
+    live_do(f.live, f.ctx, f.scene, "set detail.full on");
+    CHECK(strstr(expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_IO).text, "short.tlod"));
+    check_goes_on(&f);
+    const tl_frame *frame = live_settle(f.live); /* fails for the second time: not told again */
+    CHECK(frame && frame->content && !frame->is_final && strstr(frame->note, "short.tlod"));
+    tl_live_release(f.live, frame);
+    live_do(f.live, f.ctx, f.scene, "undo");
+    CHECK_STATUS(tl_live_open(f.live, MODEL, f.scene), TL_OK);
+    live_expect(f.live, TL_LIVE_OPENED);
+    frame = live_settle(f.live);
+    CHECK(frame->is_final && !frame->note[0]);
+    tl_live_release(f.live, frame);
+    close_file(&f);
+
+    copy_file(MODEL, "removed.tlod");
+    fixture g = open_file(NULL, "removed.tlod");
+    CHECK_EQ(unlink("removed.tlod"), 0);
+    live_do(g.live, g.ctx, g.scene, "set detail.full on");
+    frame = live_settle(g.live);
+    CHECK(frame->is_final);
+    CHECK(frame->facts->tets == tl_source_get_facts(tl_live_source(g.live))->tets);
+    tl_live_release(g.live, frame);
+    close_file(&g);
+}
+
+/* A scene that the file can't show is told of; the next one is shown. */
+static void test_scene_that_fails(void **state)
+{
+    (void)state;
+    fixture f = open_file(NULL, MODEL);
+    tl_live_release(f.live, live_settle(f.live));
+    live_do(f.live, f.ctx, f.scene, "add surface channel=\"no such\"");
+    CHECK(strstr(expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_ARG).text, "no such"));
+    tl_live_release(f.live, live_settle(f.live));
+    live_do(f.live, f.ctx, f.scene, "undo");
+    const tl_frame *frame = live_settle(f.live);
+    CHECK(frame && frame->is_final);
+    tl_live_release(f.live, frame);
+    close_file(&f);
+}
+
+/* ---- a slow disk ---- */
+
+/* Longest frame of a flight that begins when the file is opened; *took: till all was there. */
+static double fly(uint64_t throttle_bytes_s, double *took)
+{
+    tl_live_opts opts = tl_live_opts_defaults();
+    opts.throttle_bytes_s = throttle_bytes_s;
+    fixture f = open_file(&opts, MODEL);
+    double start = live_now();
+    while (!tl_live_get_stats(f.live).frames && live_now() < start + LIVE_PATIENCE_S)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    CHECK_OK(f.ctx, tl_scene_do(f.ctx, f.scene, "set detail.full on"));
+    CHECK_OK(f.ctx, tl_scene_do(f.ctx, f.scene, "set detail.moving_tets 20000"));
+    for (int i = 0; i < 40 || tl_live_get_stats(f.live).moving_frames < 10; i++) {
+        CHECK(live_now() < start + LIVE_PATIENCE_S);
+        tl_live_set_moving(f.live, i % 10 < 8);
+        live_turn(f.live, f.ctx, f.scene, 9);
+        nanosleep(&(struct timespec){.tv_nsec = 10000000}, NULL);
+        tl_live_release(f.live, tl_live_frame(f.live));
+    }
+    tl_live_set_moving(f.live, false);
+    const tl_frame *frame = live_settle(f.live);
+    CHECK(frame && frame->is_final);
+    tl_live_release(f.live, frame);
+    *took = live_now() - start;
+    double longest = tl_live_get_stats(f.live).longest_frame_s;
+    close_file(&f);
+    return longest;
+}
+
+static void test_slow_disk(void **state)
+{
+    (void)state;
+    struct stat info;
+    double fast_s, slow_s;
+    CHECK_EQ(stat(MODEL, &info), 0);
+    double fast = fly(0, &fast_s), slow = fly((uint64_t)info.st_size / 2, &slow_s);
+    printf("longest frame %.3f s of %.1f s, from a slow disk %.3f s of %.1f s\n", fast, fast_s,
+           slow, slow_s);
+    CHECK(slow_s > 1);
+    CHECK(slow < slow_s / 4); /* no frame waited for what took longest */
+}
+
+/* ---- memory ---- */
+
+static void test_little_memory(void **state)
+{
+    (void)state;
+    tl_live_opts opts = tl_live_opts_defaults();
+    opts.ram_bytes = 6 << 20;
+    fixture f = open_file(&opts, MODEL);
+    live_do(f.live, f.ctx, f.scene, "set detail.full on");
+    live_expect(f.live, TL_LIVE_NOTICE);
+    const tl_frame *frame = live_settle(f.live);
+    CHECK(frame && frame->content && frame->is_final);
+    CHECK(strstr(frame->note, "memory"));
+    CHECK(frame->facts->tets < frame->facts->source_tets);
+    tl_live_release(f.live, frame);
+    tl_live_stats stats = tl_live_get_stats(f.live);
+    CHECK_EQ(stats.ram_limit_bytes, opts.ram_bytes);
+    CHECK_BOUND("bytes of memory", (double)stats.ram_peak_bytes, (double)opts.ram_bytes);
+    check_goes_on(&f);
+    live_do(f.live, f.ctx, f.scene, "set detail.ram_bytes 1000000000");
+    frame = live_settle(f.live);
+    CHECK(frame && frame->is_final && !frame->note[0]);
+    CHECK(frame->facts->tets == frame->facts->source_tets);
+    tl_live_release(f.live, frame);
+    close_file(&f);
+}
+
+/* ---- graphics cards ---- */
+
+/* One that can't be had: the processor draws, and it is said. */
+static void test_no_card(void **state)
+{
+    (void)state;
+    tl_live_opts opts = tl_live_opts_defaults();
+    opts.renderer = TL_RENDERER_GL_CURRENT; /* of which there is none on the drawer's thread */
+    fixture f = {.ctx = check_ctx_create(1), .live = live_create(&opts)};
+    CHECK_STATUS(tl_live_open(f.live, MODEL, NULL), TL_OK);
+    tl_live_event e = live_expect(f.live, TL_LIVE_NOTICE);
+    CHECK(strstr(e.text, "the processor draws"));
+    const tl_frame *frame = live_settle(f.live);
+    CHECK(frame && frame->is_final);
+    assert_string_equal(frame->renderer, "cpu");
+    CHECK(strstr(frame->note, "processor"));
+    tl_live_release(f.live, frame);
+    close_file(&f);
+}
+
+/* ---- asking ---- */
+
+static void test_probe(void **state)
+{
+    (void)state;
+    fixture f = open_file(NULL, MODEL);
+    live_do(f.live, f.ctx, f.scene, "set picture.box off");
+    const tl_frame *frame = live_settle(f.live);
+    double px[2], distance;
+    CHECK(tl_camera_project(&frame->camera, (const double[3]){0.5, 0.5, 0.5}, px, &distance));
+    tl_live_probe(f.live, px[0], px[1]);
+    CHECK_EQ(live_expect(f.live, TL_LIVE_DONE).job, TL_LIVE_PROBE);
+    const tl_probe *probe = tl_live_get_probe(f.live);
+    CHECK(probe && !tl_live_get_probe(f.live));
+    CHECK(probe->is_inside && probe->value_count > 0);
+    const tl_probe_value *value = &probe->values[0];
+    /* the mesh is linear in its tets, the formula is not */
+    CHECK_NEAR(value->values[0], live_bumps(probe->xyz), value->error + 0.02);
+    tl_live_release(f.live, frame);
+    live_turn(f.live, f.ctx, f.scene, 5);
+    tl_live_release(f.live, live_settle(f.live)); /* the answer outlives what it was asked of */
+    CHECK(value->name[0] != 0);
+    tl_live_probe(f.live, 0.5, 0.5);
+    live_expect(f.live, TL_LIVE_DONE);
+    probe = tl_live_get_probe(f.live);
+    CHECK(probe && !probe->is_inside && isnan(probe->xyz[0]));
+    for (int i = 0; i < 20; i++) tl_live_probe(f.live, 4 * i, 50);
+    close_file(&f);
+}
+
+static void test_histogram(void **state)
+{
+    (void)state;
+    fixture f = open_file(NULL, MODEL);
+    tl_live_counts counts;
+    const char *channel = tl_source_get_facts(tl_live_source(f.live))->channels[0].name;
+    tl_live_release(f.live, live_settle(f.live));
+    CHECK(!tl_live_histogram(f.live, channel, -1, false, &counts));
+    CHECK_EQ(live_expect(f.live, TL_LIVE_DONE).job, TL_LIVE_HISTOGRAM);
+    CHECK(tl_live_histogram(f.live, channel, -1, false, &counts));
+    double sum = 0;
+    for (int i = 0; i < TL_LIVE_BINS; i++) sum += counts.counts[i];
+    CHECK_NEAR(sum, 1, 1e-6);
+    CHECK(counts.range[0] < counts.range[1]);
+    CHECK(!tl_live_histogram(f.live, "no such", -1, false, &counts));
+    expect_failure(f.live, TL_LIVE_HISTOGRAM, TL_ERR_ARG);
+    CHECK(!tl_live_histogram(f.live, "no such", -1, false, &counts)); /* not asked again */
+    CHECK(tl_live_settled(f.live));
+    close_file(&f);
+}
+
+/* ---- models ---- */
+
+static void test_build_model(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(2);
+    tl_live *live = live_create(NULL);
+    tl_live_event e;
+    CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 20, "made.vtu"));
+    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, "made.tlod", NULL), TL_OK);
+    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, "two.tlod", NULL), TL_ERR_ARG);
+    e = live_expect(live, TL_LIVE_DONE);
+    CHECK_EQ(e.job, TL_LIVE_MODEL);
+    assert_string_equal(e.text, "made.tlod");
+    tl_scene *scene = live_open(live, ctx, "made.tlod");
+    tl_live_release(live, live_settle(live));
+    tl_scene_destroy(ctx, scene);
+    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, "none.tlod", NULL), TL_OK);
+    tl_live_cancel(live, TL_LIVE_MODEL);
+    expect_failure(live, TL_LIVE_MODEL, TL_ERR_CANCELLED);
+    CHECK(access("none.tlod", F_OK) != 0);
+    CHECK_STATUS(tl_live_build_model(live, "no.vtu", NULL, "none.tlod", NULL), TL_OK);
+    expect_failure(live, TL_LIVE_MODEL, TL_ERR_IO);
+    /* a mesh is shown as it is */
+    scene = live_open(live, ctx, "made.vtu");
+    const tl_frame *frame = live_settle(live);
+    CHECK(frame && frame->is_final && !frame->facts->is_model);
+    tl_live_release(live, frame);
+    tl_scene_destroy(ctx, scene);
+    tl_live_destroy(live);
+    check_ctx_destroy(ctx);
+}
+
+static int make_data(void **state)
+{
+    (void)state;
+    live_model(MODEL, 22);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_files_that_are_none),
+                                       cmocka_unit_test(test_files_that_change),
+                                       cmocka_unit_test(test_scene_that_fails),
+                                       cmocka_unit_test(test_slow_disk),
+                                       cmocka_unit_test(test_little_memory),
+                                       cmocka_unit_test(test_no_card),
+                                       cmocka_unit_test(test_probe),
+                                       cmocka_unit_test(test_histogram),
+                                       cmocka_unit_test(test_build_model)};
+    return cmocka_run_group_tests(tests, make_data, NULL);
+}
