@@ -16,7 +16,8 @@ static const cli_option OPTIONS[] = {
     {CLI_SAMPLE, 0, "sample", CLI_TYPE_LIST, "NAME", NULL, 0, 0,
      "bench this sample; without it, all, for lines sphere-flow"},
     {CLI_SIZES, 0, "size", CLI_TYPE_LIST, "N", NULL, 0, 0,
-     "size of the samples, as in 'tetralod sample'; without it 64 (1.25 million tets of a grid)"},
+     "size of the samples, as in 'tetralod sample'; without it 64 (1.25 million tets of a grid); "
+     "live: pixels, WxH, without it 1280x800"},
     {CLI_CHANNEL, 0, "channel", CLI_TYPE_TEXT, "NAME", NULL, 0, 0,
      "the channel that takes part; without it the first scalar on vertices, of lines the first "
      "vectors"},
@@ -27,7 +28,11 @@ static const cli_option OPTIONS[] = {
     {CLI_METHOD, 0, "method", CLI_TYPE_CHOICE, "auto|queue|independent|randomized|blocks", "auto",
      0, 0, "simplify: order of the collapses"},
     {CLI_RENDERER, 0, "renderer", CLI_TYPE_CHOICE, "cpu|gl", "cpu", 0, 0,
-     "draw: what draws; gl is compared with the processor"},
+     "draw, live: what draws; gl is compared with the processor"},
+    {CLI_SECONDS, 0, "seconds", CLI_TYPE_REAL, "S", "4", 0.1, 1e5,
+     "live: how long the camera turns, each time"},
+    {CLI_THROTTLE, 0, "throttle", CLI_TYPE_REAL, "MB", "0", 0, 1e9,
+     "live: reads no more than this in a second, as a slow disk does; 0 reads as it goes"},
 };
 static const cli_option PEER[] = {
     {CLI_AGAINST_VTK, 0, "against-vtk", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
@@ -376,6 +381,7 @@ static const struct {
     {"draw", "volume rendering by the processor or OpenGL, 512 x 512 pixels", bench_draw, false},
     {"cut", "a model: opening it, moving its cut, extracting meshes", bench_cut, true},
     {"view", "a model: the first picture, off by a pixel and at full resolution", bench_view, true},
+    {"live", "a model: frames a second while the camera turns, waiting at rest", bench_live, true},
 };
 enum { BENCH_COUNT = sizeof BENCHES / sizeof *BENCHES };
 

@@ -58,6 +58,7 @@ double bench_decibels(const tl_image *a, const tl_image *b);
 /* data->path is a model. */
 int bench_cut(bench_state *state, const bench_data *data);
 int bench_view(bench_state *state, const bench_data *data);
+int bench_live(bench_state *state, const bench_data *data);
 
 /* Makes a context of that many threads, reads the mesh and hands both to work with arg. Returns an
  * exit status; the message is out already. */

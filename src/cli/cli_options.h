@@ -100,6 +100,8 @@ typedef enum cli_id {
     CLI_CHANNEL,
     CLI_KEEP,
     CLI_RUNS,
+    CLI_SECONDS,
+    CLI_THROTTLE,
     CLI_AGAINST_VTK,
     CLI_VTK_SCALE,
     CLI_SCRIPT,
