@@ -140,7 +140,7 @@ static void renderers_side_by_side(void **state)
 
 #if TETRALOD_WITH_GL
 
-/* The picture of one item by a back end that was opened. */
+/* The picture of one item by a back end that was opened; in 8 bits it is the same. */
 static tl_image *draw_item(tl_ctx *ctx, void *gl, const tl_volume *volume, const double *scalar,
                            const tl_transfer *t, const tl_camera *camera)
 {
@@ -155,6 +155,16 @@ static tl_image *draw_item(tl_ctx *ctx, void *gl, const tl_volume *volume, const
     CHECK_OK(ctx, tl_image_create(ctx, camera->size_px[0], camera->size_px[1], &image));
     CHECK_OK(ctx, tli_backend_gl.add(ctx, gl, &item));
     CHECK_OK(ctx, tli_backend_gl.draw(ctx, gl, items, 1, camera, image));
+    size_t count = (size_t)image->width * image->height;
+    uint8_t *bytes = malloc(4 * count);
+    float *depth = malloc(count * sizeof *depth);
+    if (!bytes || !depth) abort();
+    CHECK_OK(ctx, tli_backend_gl.draw_bytes(ctx, gl, items, 1, camera, NULL, bytes, depth));
+    for (size_t i = 0; i < 4 * count; i++)
+        CHECK_NEAR((double)image->rgba[i], bytes[i] / 255.0, 0.51 / 255);
+    CHECK(memcmp(depth, image->depth, count * sizeof *depth) == 0);
+    free(depth);
+    free(bytes);
     tli_backend_gl.remove(ctx, gl, &item);
     return image;
 }

@@ -43,7 +43,8 @@ typedef struct gl_row {
     bench_times frames[WAY_COUNT];
     size_t card_bytes[WAY_COUNT]; /* in the card, the picture included */
     double decibels[WAY_COUNT];   /* the least of all looks */
-    cli_text no_rays; /* why there are none: an older OpenGL, a mesh too large for it; else empty */
+    char
+        no_rays[200]; /* why there are none: an older OpenGL, a mesh too large for it; else empty */
 } gl_row;
 
 /* What all ways draw. */
@@ -214,7 +215,7 @@ static tl_status measure(bench_state *state, tl_ctx *ctx, const tl_mesh *mesh, v
     for (int way = 0; way < WAY_COUNT && !st; way++) {
         st = measure_way(ctx, &scene, (size_t)cli_get(state->session, CLI_RUNS)->count, way, row);
         if (st != TL_ERR_UNSUPPORTED || way != RAYS) continue;
-        snprintf(row->no_rays.s, sizeof row->no_rays.s, "%s", tl_ctx_message(ctx));
+        snprintf(row->no_rays, sizeof row->no_rays, "%s", tl_ctx_message(ctx));
         tl_ctx_clear(ctx);
         st = TL_OK;
     }
@@ -236,7 +237,7 @@ static void add_json(bench_state *state, const bench_data *data, const gl_row *r
     cli_json_count(item, "triangles", row->triangle_count);
     cli_json_text(item, "renderer", row->name);
     json_t *ways = cli_json_object(item, "frames");
-    if (row->no_rays.s[0]) cli_json_text(item, "no_rays", row->no_rays.s);
+    if (row->no_rays[0]) cli_json_text(item, "no_rays", row->no_rays);
     for (int way = 0; way < WAY_COUNT; way++) {
         if (!row->frames[way].count) continue;
         json_t *one = cli_json_object(ways, WAYS[way].key);
@@ -254,7 +255,7 @@ static void print_text(const gl_row *row)
     for (int way = 0; way < WAY_COUNT; way++) {
         double seconds = bench_median(&row->frames[way]);
         if (!row->frames[way].count) {
-            printf("            %-26s %s\n", WAYS[way].about, row->no_rays.s);
+            printf("            %-26s %s\n", WAYS[way].about, row->no_rays);
             continue;
         }
         printf("            %-26s a frame in %s (least %s), %.2f M %s/s, at least %.1f dB from the "

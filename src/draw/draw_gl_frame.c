@@ -273,7 +273,12 @@ tl_status tli_gl_frame_draw(tl_ctx *ctx, tli_gl_state *s, tli_gl_view *view, tli
     draw_opaque(s, view, items, item_count, background);
     if (!is_opaque) st = draw_rest(ctx, s, view, items, item_count);
     *drawn = is_opaque ? &s->opaque : &s->sum;
-    return st ? st : tli_gl_check(ctx, s->gl);
+    if (!st) st = tli_gl_check(ctx, s->gl);
+    if (st) { /* the card may not have what was asked for */
+        tli_gl_lists_free(s->gl, &s->caster.entries);
+        tli_gl_lists_free(s->gl, &s->caster.layers);
+    }
+    return st;
 }
 
 void tli_gl_frame_free(tli_gl_state *s)
