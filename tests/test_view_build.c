@@ -120,6 +120,25 @@ static void content_of_a_model(void **state)
     CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, &limits, &coarse));
     CHECK(!tl_content_get_facts(coarse)->is_complete);
     CHECK(tl_content_get_facts(coarse)->tets <= limits.tets_max);
+    /* a change is seen at once on the mesh that is there */
+    tl_content *quick = NULL;
+    limits.any_cut = true;
+    CHECK_OK(ctx, tl_scene_do(ctx, scene, "set surface1.value 0.3"));
+    CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, &limits, &quick));
+    CHECK(quick->body == coarse->body && quick->shapes[0] != coarse->shapes[0]);
+    tl_content_destroy(ctx, quick);
+    tl_content_destroy(ctx, coarse);
+    /* pixels that are larger make it coarser */
+    CHECK_OK(ctx, tl_scene_do(ctx, scene, "set detail.errors \"\""));
+    CHECK_OK(ctx, tl_scene_do(ctx, scene, "set detail.error_px 0.01"));
+    tl_content *fine = view_build(ctx, view, scene);
+    limits = tl_view_limits_defaults();
+    limits.error_px_least = 20;
+    CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, &limits, &coarse));
+    CHECK(tl_content_get_facts(coarse)->tets < tl_content_get_facts(fine)->tets);
+    CHECK_BOUND("pixels", tl_content_get_facts(coarse)->error_px, 20);
+    CHECK(tl_content_get_facts(fine)->is_complete && !tl_content_get_facts(coarse)->is_complete);
+    tl_content_destroy(ctx, fine);
     tl_content_destroy(ctx, coarse);
     tl_content_destroy(ctx, content);
     tl_view_destroy(view);
