@@ -7,7 +7,7 @@
 
 static void check_points(const tl_control_points *p)
 {
-    FUZZ_CHECK(p->color_count && p->color_count <= TL_SCENE_ROWS_MAX);
+    FUZZ_CHECK(p->color_count + p->opacity_count && p->color_count <= TL_SCENE_ROWS_MAX);
     FUZZ_CHECK(p->opacity_count <= TL_SCENE_ROWS_MAX);
     for (size_t i = 0; i < p->color_count; i++)
         for (int k = 0; k < 3; k++)

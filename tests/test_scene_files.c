@@ -162,6 +162,7 @@ static void wrong_transfer_functions_are_named(void **state)
         {"[]", "expected a list of colour maps"},
         {"{", "as JSON: line 1"},
         {"{}", "RGBPoints: expected"},
+        {"{\"Points\": []}", "RGBPoints: expected"},
         {"{\"RGBPoints\": [0, 0, 0, 0], \"NanColor\": [1, 1]}", "NanColor: expected"},
         {"{\"RGBPoints\": [0, 0, 0, 0], \"NanColor\": [1, 1, 255]}", "NanColor: expected"},
         {"{\"RGBPoints\": [0, 0, 0, 0], \"NanColor\": 1}", "NanColor: expected"},

@@ -136,7 +136,7 @@ static void wrong_values_are_refused(void **state)
         {"picture", "samples", "1.5", "a whole number from 0 to 8"},
         {"detail", "tets", "-1", "a whole number from 0"},
         {"detail", "frame_s", "0", "from 0.001 to 10"},
-        {"transfer1", "range", "2 1", "the first not above"},
+        {"transfer1", "range", "2 1", "two numbers that do not fall"},
         {"transfer1", "colors", "0,0,0", "rows of 4 numbers"},
         {"transfer1", "colors", "0,0,0,0,1,0,0,0", "rows of 4 numbers"},
         {"transfer1", "colors", "0,0,0,0 1,0,0 0,1", "rows of 4 numbers"},

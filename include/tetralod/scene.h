@@ -50,8 +50,8 @@ TL_API const char *tl_node_kind_help(tl_node_kind kind);
  * to TL_NODE_DETAIL + 1. */
 typedef uint32_t tl_node;
 
-/* Values of a property. All but flags, counts and reals may be empty where the preset is, which
- * means that it is chosen for the data, as the property's help says; colours and lists always. */
+/* Values of a property. Colours, lists and texts may be empty, of the others all but flags, counts
+ * and choices where the preset is: then it is chosen for the data, as the property's help says. */
 typedef enum tl_prop_type {
     TL_PROP_FLAG = 0,    /* 0 or 1; as text: on, off */
     TL_PROP_COUNT = 1,   /* a whole number */

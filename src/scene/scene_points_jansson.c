@@ -76,7 +76,7 @@ static tl_status take_map(reader *r, const json_t *map, bool logarithmic)
         return wrong(r, "ColorSpace: expected RGB, HSV, Lab, Lab/CIEDE2000, Diverging or Step");
     if (color.space == TLI_SPACE_HSV && is_on(map, "HSVWrap")) color.space = TLI_SPACE_HSV_WRAP;
     const json_t *colors = json_object_get(map, "RGBPoints");
-    const bool has_colors = colors || !json_object_get(map, "Points");
+    const bool has_colors = colors || !json_array_size(json_object_get(map, "Points"));
     if (!take_groups(colors, r->numbers, &count) || (has_colors && !count))
         return wrong(r, "RGBPoints: expected up to 1024 groups of value, red, green, blue, by "
                         "value, colours from 0 to 1");

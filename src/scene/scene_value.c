@@ -45,9 +45,7 @@ static void print_range(const tl_prop_info *info, char text[96])
 tl_status tli_value_fail(tl_ctx *ctx, tl_status failure, const tl_prop_info *info,
                          const char *where)
 {
-    static const char *const NUMBERS[] = {"no", "a number",
-                                          "two numbers, the first not above the "
-                                          "second,",
+    static const char *const NUMBERS[] = {"no", "a number", "two numbers that do not fall,",
                                           "three numbers"};
     char range[96], words[256] = "";
     const char *empty = tli_prop_may_be_empty(info) ? ", or auto" : "";
