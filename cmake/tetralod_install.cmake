@@ -10,6 +10,10 @@ if(TARGET tetralod_cli)
   install(TARGETS tetralod_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 
+if(TARGET tetralod_view)
+  install(TARGETS tetralod_view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
 # The two libraries have an export set each, so that a user of the shared one needs nothing else.
 set_target_properties(tetralod PROPERTIES EXPORT_NAME static)
 install(TARGETS tetralod EXPORT tetralod_static ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})

@@ -222,6 +222,11 @@ TL_API tl_status tl_content_draw(tl_ctx *ctx, tl_shown *shown, const tl_camera *
  * flattened yet. TL_ERR_UNSUPPORTED in a build without pango. */
 TL_API tl_status tl_content_annotate(tl_ctx *ctx, const tl_content *content, const tl_scene *scene,
                                      const tl_camera *camera, tl_image *image);
+/* The same onto a page at path, .pdf or .svg, as of tl_annotation_write; the picture stays as it
+ * is.
+ */
+TL_API tl_status tl_content_write(tl_ctx *ctx, const tl_content *content, const tl_scene *scene,
+                                  const tl_camera *camera, const tl_image *image, const char *path);
 /* The note: how many tets of how many, and the promised errors. Gives text [bytes]. */
 TL_API void tl_content_note(const tl_content *content, char *text, size_t bytes);
 

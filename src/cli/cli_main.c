@@ -5,6 +5,8 @@
 #include "cli_options.h"
 #include "cli_session.h"
 
+enum { VERBS_MAX = 32 };
+
 static const cli_verb *find_verb(const char *name)
 {
     for (size_t i = 0; cli_verbs[i]; i++)
@@ -14,9 +16,9 @@ static const cli_verb *find_verb(const char *name)
 
 static int unknown_verb(const char *name)
 {
-    const char *words[16];
+    const char *words[VERBS_MAX + 1];
     size_t count = 0;
-    for (; cli_verbs[count] && count < 15; count++) words[count] = cli_verbs[count]->name;
+    for (; cli_verbs[count] && count < VERBS_MAX; count++) words[count] = cli_verbs[count]->name;
     words[count++] = "help";
     const char *near = cli_nearest(name, words, count);
     if (near) return cli_misuse(NULL, "unknown verb '%s'; did you mean '%s'?", name, near);

@@ -59,10 +59,23 @@ static const cli_option COMMON[] = {
 const cli_group cli_group_common = {"Common", COMMON, sizeof COMMON / sizeof *COMMON};
 
 const cli_verb *const cli_verbs[] = {
-    &cli_verb_sample, &cli_verb_info,    &cli_verb_convert, &cli_verb_simplify,
-    &cli_verb_build,  &cli_verb_compare, &cli_verb_extract, &cli_verb_surface,
-    &cli_verb_points, &cli_verb_lines,   &cli_verb_render,  &cli_verb_probe,
-    &cli_verb_check,  &cli_verb_formats, &cli_verb_bench,   NULL,
+    &cli_verb_sample,
+    &cli_verb_info,
+    &cli_verb_convert,
+    &cli_verb_simplify,
+    &cli_verb_build,
+    &cli_verb_compare,
+    &cli_verb_extract,
+    &cli_verb_surface,
+    &cli_verb_points,
+    &cli_verb_lines,
+    &cli_verb_render,
+    &cli_verb_view,
+    &cli_verb_probe,
+    &cli_verb_check,
+    &cli_verb_formats,
+    &cli_verb_bench,
+    NULL,
 };
 
 /* ---- messages ---- */

@@ -105,6 +105,8 @@ typedef enum cli_id {
     CLI_AGAINST_VTK,
     CLI_VTK_SCALE,
     CLI_SCRIPT,
+    CLI_SCREENSHOT,
+    CLI_STATS,
     CLI_SOLUTION,
     CLI_RAW,
     CLI_SPLIT,
@@ -236,6 +238,7 @@ extern const cli_verb cli_verb_surface;
 extern const cli_verb cli_verb_points;
 extern const cli_verb cli_verb_lines;
 extern const cli_verb cli_verb_render;
+extern const cli_verb cli_verb_view;
 extern const cli_verb cli_verb_probe;
 extern const cli_verb cli_verb_check;
 extern const cli_verb cli_verb_bench;

@@ -51,8 +51,10 @@ void tl_content_note(const tl_content *content, char *text, size_t bytes)
                                   tl_text_name(f->errors[i].channel).s, f->errors[i].error);
 }
 
-tl_status tl_content_annotate(tl_ctx *ctx, const tl_content *content, const tl_scene *scene,
-                              const tl_camera *camera, tl_image *image)
+/* Onto the picture, or with it onto the page at path. */
+static tl_status annotate(tl_ctx *ctx, const tl_content *content, const tl_scene *scene,
+                          const tl_camera *camera, tl_image *picture, const tl_image *image,
+                          const char *path)
 {
     enum { NOTE_BYTES = 512 };
     tl_status st = TL_OK;
@@ -72,9 +74,23 @@ tl_status tl_content_annotate(tl_ctx *ctx, const tl_content *content, const tl_s
         tl_content_note(content, note, sizeof note);
         a.note = note;
     }
-    if (!st) st = tl_draw_annotation(ctx, &a, camera, image);
+    if (!st)
+        st = path ? tl_annotation_write(ctx, &a, camera, image, path)
+                  : tl_draw_annotation(ctx, &a, camera, picture);
     tl_mem_free(ctx, bars);
     return st;
+}
+
+tl_status tl_content_annotate(tl_ctx *ctx, const tl_content *content, const tl_scene *scene,
+                              const tl_camera *camera, tl_image *image)
+{
+    return annotate(ctx, content, scene, camera, image, NULL, NULL);
+}
+
+tl_status tl_content_write(tl_ctx *ctx, const tl_content *content, const tl_scene *scene,
+                           const tl_camera *camera, const tl_image *image, const char *path)
+{
+    return annotate(ctx, content, scene, camera, NULL, image, path);
 }
 
 tl_status tl_view_window(tl_ctx *ctx, tl_view *view, const tl_scene *scene, uint32_t width,

@@ -1,0 +1,500 @@
+/* Files: opened by the command line, a dialog, a drop or from the recent ones; scenes; models that
+ * are built first where a data set is large. The live view does the work; here are the questions.
+ */
+#include "viewer_core.h"
+
+#include <string.h>
+
+/* From so many bytes on a mesh is not read before it was asked whether to build a model of it. */
+#define LARGE_BYTES (256 * 1000 * 1000)
+/* From so many tets on a model is proposed. */
+#define MANY_TETS 400000
+
+static const tl_node DATA = TL_NODE_DATA + 1, PICTURE = TL_NODE_PICTURE + 1;
+/* What a first look stands in front of. */
+static const double DARK[3] = {0.115, 0.12, 0.13}, LIGHT[3] = {1, 1, 1};
+
+struct viewer_files {
+    char *opening;               /* path that is being opened */
+    char *building, *built_from; /* model that is being built, and of what */
+    char *asked;                 /* path that a question is about */
+    bool is_first_look;          /* it is opened without a scene */
+    GMenu *recent;
+};
+
+/* ---- opening ---- */
+
+bool viewer_files_idle(const viewer *v)
+{
+    return !v->files->opening && !v->files->building;
+}
+
+static void open_now(viewer *v, const char *path, const tl_scene *scene)
+{
+    const tl_status st = tl_live_open(v->live, path, scene);
+    if (st) {
+        viewer_say(v, VIEWER_ERROR, "'%s' can't be opened: %s", path, tl_status_name(st));
+        return;
+    }
+    g_free(v->files->opening);
+    v->files->opening = g_strdup(path);
+    v->files->is_first_look = !scene;
+    viewer_window_retitle(v);
+}
+
+/* The data set that a scene names, beside its own file where the name has no folder to begin with;
+ * NULL: none. */
+static char *data_of(const tl_scene *scene, const char *scene_path)
+{
+    const char *file = tl_scene_text(scene, DATA, "file");
+    char *folder = g_path_get_dirname(scene_path);
+    char *path = *file ? g_canonicalize_filename(file, NULL) : NULL;
+    if (*file && !g_path_is_absolute(file)) {
+        g_free(path);
+        path = g_build_filename(folder, file, NULL);
+    }
+    g_free(folder);
+    return path;
+}
+
+void viewer_open(viewer *v, const char *path, const char *scene_path)
+{
+    tl_scene *scene = NULL;
+    char *named = NULL;
+    if (!viewer_save_idle(v)) {
+        viewer_say(v, VIEWER_WARNING, "Pictures are being saved; open the file after that.");
+        return;
+    }
+    if (scene_path && !viewer_ok(v, tl_scene_read(v->ctx, scene_path, &scene))) return;
+    if (!path) named = data_of(scene, scene_path);
+    if (path || named)
+        open_now(v, path ? path : named, scene);
+    else
+        viewer_say(v, VIEWER_ERROR, "'%s' names no data set; open that first.", scene_path);
+    tl_scene_destroy(v->ctx, scene);
+    g_free(named);
+}
+
+/* Shows what is open as the scene of a file says, or opens what that names. */
+static bool open_scene(viewer *v, const char *path)
+{
+    tl_scene *scene = NULL;
+    double bounds[6];
+    if (!viewer_ok(v, tl_scene_read(v->ctx, path, &scene))) return false;
+    char *file = data_of(scene, path);
+    const bool is_other = !v->source || (file && g_strcmp0(file, v->path) != 0 &&
+                                         g_file_test(file, G_FILE_TEST_EXISTS));
+    g_free(file);
+    if (is_other) {
+        tl_scene_destroy(v->ctx, scene);
+        viewer_open(v, NULL, path);
+        return true;
+    }
+    tl_scene_bounds(v->scene, bounds);
+    if (!viewer_ok(v, tl_scene_set_bounds(v->ctx, scene, bounds))) {
+        tl_scene_destroy(v->ctx, scene);
+        return false;
+    }
+    viewer_take_scene(v, scene);
+    return true;
+}
+
+void viewer_opened(viewer *v, tl_scene *scene)
+{
+    struct viewer_files *files = v->files;
+    const double *background = viewer_window_is_dark(v) ? DARK : LIGHT;
+    g_free(v->path);
+    v->path = g_canonicalize_filename(files->opening, NULL);
+    g_clear_pointer(&files->opening, g_free);
+    viewer_session_add_recent(v, v->path);
+    tl_status st = tl_scene_set_text(v->ctx, scene, DATA, "file", v->path);
+    if (!st && files->is_first_look)
+        st = tl_scene_set_reals(v->ctx, scene, PICTURE, "background", background, 3);
+    viewer_ok(v, st);
+}
+
+/* ---- models ---- */
+
+static void cancel_open(viewer *v)
+{
+    tl_live_cancel(v->live, TL_LIVE_OPEN);
+}
+
+static void cancel_model(viewer *v)
+{
+    tl_live_cancel(v->live, TL_LIVE_MODEL);
+}
+
+static bool build(viewer *v, const char *input, const char *output)
+{
+    struct viewer_files *files = v->files;
+    const tl_status st = tl_live_build_model(v->live, input, NULL, output, NULL);
+    if (st) {
+        viewer_say(v, VIEWER_ERROR, "A model can't be built now: %s", tl_status_name(st));
+        return false;
+    }
+    g_free(files->building);
+    g_free(files->built_from);
+    files->building = g_strdup(output);
+    files->built_from = g_strdup(input);
+    viewer_window_progress(v, "Building a model", -1, cancel_model);
+    viewer_window_retitle(v);
+    return true;
+}
+
+/* "dir/name.tlod" of "dir/name.vtu". */
+static char *model_name(const char *path)
+{
+    char *base = g_path_get_basename(path);
+    char *dot = strrchr(base, '.');
+    if (dot && dot != base) *dot = '\0';
+    char *name = g_strconcat(base, ".tlod", NULL);
+    g_free(base);
+    return name;
+}
+
+static void on_model_place(GtkNativeDialog *dialog, int response, viewer *v)
+{
+    if (response == GTK_RESPONSE_ACCEPT) {
+        char *path = viewer_dialog_path(dialog);
+        if (path) build(v, v->files->asked, path);
+        g_free(path);
+    }
+    g_object_unref(dialog);
+}
+
+static void ask_model_place(viewer *v, const char *input)
+{
+    char *name = model_name(input), *folder = g_path_get_dirname(input);
+    g_free(v->files->asked);
+    v->files->asked = g_strdup(input);
+    GtkFileChooserNative *dialog =
+        viewer_dialog(v, "Build a model", "_Build", GTK_FILE_CHOOSER_ACTION_SAVE, name, folder);
+    g_signal_connect(dialog, "response", G_CALLBACK(on_model_place), v);
+    gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
+    g_free(name);
+    g_free(folder);
+}
+
+static void build_of_open(viewer *v)
+{
+    if (v->path) ask_model_place(v, v->path);
+}
+
+static void build_model(viewer *v)
+{
+    if (!v->source || tl_source_get_facts(v->source)->is_model)
+        viewer_say(v, VIEWER_INFO, "Open a mesh first: a model is built of it.");
+    else
+        build_of_open(v);
+}
+
+/* ---- questions before a large mesh is read ---- */
+
+enum { ANSWER_OPEN = 1, ANSWER_BUILD = 2 };
+
+static void on_answer(GtkDialog *dialog, int answer, viewer *v)
+{
+    char *path = g_strdup(v->files->asked);
+    gtk_window_destroy(GTK_WINDOW(dialog));
+    if (answer == ANSWER_OPEN) viewer_open(v, path, NULL);
+    if (answer == ANSWER_BUILD) ask_model_place(v, path);
+    g_free(path);
+}
+
+static void ask_how(viewer *v, const char *path, double bytes)
+{
+    char *name = g_path_get_basename(path), *size = viewer_bytes_text(bytes);
+    GtkWidget *dialog =
+        gtk_message_dialog_new(v->window, GTK_DIALOG_MODAL | GTK_DIALOG_DESTROY_WITH_PARENT,
+                               GTK_MESSAGE_QUESTION, GTK_BUTTONS_NONE, "Build a model first?");
+    gtk_message_dialog_format_secondary_text(
+        GTK_MESSAGE_DIALOG(dialog),
+        "‘%s’ has %s. As it is, all of it has to be read each time, and fit in memory. A model is "
+        "built once, in the background; then it opens at once and turns smoothly.",
+        name, size);
+    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Cancel", GTK_RESPONSE_CANCEL);
+    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Open as it is", ANSWER_OPEN);
+    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Build a model", ANSWER_BUILD);
+    gtk_dialog_set_default_response(GTK_DIALOG(dialog), ANSWER_BUILD);
+    g_free(v->files->asked);
+    v->files->asked = g_strdup(path);
+    g_signal_connect(dialog, "response", G_CALLBACK(on_answer), v);
+    gtk_window_present(GTK_WINDOW(dialog));
+    g_free(name);
+    g_free(size);
+}
+
+/* Opens what a person chose: a scene, a model, or a mesh, of which a large one raises a question.
+ */
+static void open_chosen(viewer *v, const char *path)
+{
+    GFile *file = g_file_new_for_path(path);
+    GFileInfo *info = g_file_query_info(file, G_FILE_ATTRIBUTE_STANDARD_SIZE, 0, NULL, NULL);
+    const double bytes = info ? (double)g_file_info_get_size(info) : 0;
+    if (g_str_has_suffix(path, ".json"))
+        open_scene(v, path);
+    else if (bytes > LARGE_BYTES && !tl_store_is(v->ctx, path))
+        ask_how(v, path, bytes);
+    else
+        viewer_open(v, path, NULL);
+    g_clear_object(&info);
+    g_object_unref(file);
+}
+
+/* ---- dialogs ---- */
+
+char *viewer_dialog_path(GtkNativeDialog *dialog)
+{
+    GFile *file = gtk_file_chooser_get_file(GTK_FILE_CHOOSER(dialog));
+    char *path = file ? g_file_get_path(file) : NULL;
+    g_clear_object(&file);
+    return path;
+}
+
+GtkFileChooserNative *viewer_dialog(viewer *v, const char *title, const char *accept,
+                                    GtkFileChooserAction action, const char *name,
+                                    const char *folder)
+{
+    GtkFileChooserNative *dialog =
+        gtk_file_chooser_native_new(title, v->window, action, accept, "_Cancel");
+    if (name) gtk_file_chooser_set_current_name(GTK_FILE_CHOOSER(dialog), name);
+    char *own = folder || !v->path ? NULL : g_path_get_dirname(v->path);
+    if (folder || own) {
+        GFile *file = g_file_new_for_path(folder ? folder : own);
+        gtk_file_chooser_set_current_folder(GTK_FILE_CHOOSER(dialog), file, NULL);
+        g_object_unref(file);
+    }
+    g_free(own);
+    return dialog;
+}
+
+/* All endings that the program reads. */
+static void add_filters(GtkFileChooserNative *dialog)
+{
+    GtkFileFilter *known = gtk_file_filter_new(), *all = gtk_file_filter_new();
+    gtk_file_filter_set_name(known, "Models, meshes and scenes");
+    gtk_file_filter_add_suffix(known, "tlod");
+    gtk_file_filter_add_suffix(known, "json");
+    for (size_t i = 0; tl_format_get(i); i++) {
+        const tl_format *format = tl_format_get(i);
+        char **endings = g_strsplit(format->endings, " ", -1);
+        for (int k = 0; format->reads && endings[k]; k++)
+            if (endings[k][0] == '.') gtk_file_filter_add_suffix(known, endings[k] + 1);
+        g_strfreev(endings);
+    }
+    gtk_file_filter_set_name(all, "All files");
+    gtk_file_filter_add_pattern(all, "*");
+    gtk_file_chooser_add_filter(GTK_FILE_CHOOSER(dialog), known);
+    gtk_file_chooser_add_filter(GTK_FILE_CHOOSER(dialog), all);
+    g_object_unref(known);
+    g_object_unref(all);
+}
+
+static void on_open(GtkNativeDialog *dialog, int response, viewer *v)
+{
+    char *path = response == GTK_RESPONSE_ACCEPT ? viewer_dialog_path(dialog) : NULL;
+    g_object_unref(dialog);
+    if (path) open_chosen(v, path);
+    g_free(path);
+}
+
+static void show_open(viewer *v)
+{
+    GtkFileChooserNative *dialog =
+        viewer_dialog(v, "Open", "_Open", GTK_FILE_CHOOSER_ACTION_OPEN, NULL, NULL);
+    add_filters(dialog);
+    g_signal_connect(dialog, "response", G_CALLBACK(on_open), v);
+    gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
+}
+
+static void on_save_scene(GtkNativeDialog *dialog, int response, viewer *v)
+{
+    char *path = response == GTK_RESPONSE_ACCEPT ? viewer_dialog_path(dialog) : NULL;
+    g_object_unref(dialog);
+    if (path && viewer_ok(v, tl_scene_write(v->ctx, v->scene, path)))
+        viewer_say(v, VIEWER_INFO, "Saved '%s'; 'tetralod render --scene' draws it again.", path);
+    g_free(path);
+}
+
+static void save_scene(viewer *v)
+{
+    GtkFileChooserNative *dialog =
+        viewer_dialog(v, "Save scene", "_Save", GTK_FILE_CHOOSER_ACTION_SAVE, "scene.json", NULL);
+    g_signal_connect(dialog, "response", G_CALLBACK(on_save_scene), v);
+    gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
+}
+
+static const viewer_action ACTIONS[] = {
+    {"open", "<Control>o", "File", "Open a data set or a scene", show_open, NULL},
+    {"open-scene", "", "File", "Open a scene", show_open, NULL},
+    {"save-scene", "<Control>s", "File", "Save the scene", save_scene, NULL},
+    {"build-model", "<Control>b", "File", "Build a model of the mesh", build_model, NULL},
+};
+
+/* ---- recent files ---- */
+
+static void on_recent(GSimpleAction *action, GVariant *parameter, gpointer data)
+{
+    (void)action;
+    open_chosen(data, g_variant_get_string(parameter, NULL));
+}
+
+static void fill_recent(viewer *v)
+{
+    GMenu *menu = v->files->recent;
+    char **paths = viewer_session_recent(v);
+    g_menu_remove_all(menu);
+    for (int i = 0; paths[i]; i++) {
+        char *name = g_path_get_basename(paths[i]);
+        char **parts = g_strsplit(name, "_", -1); /* a menu takes one for a mnemonic */
+        char *label = g_strjoinv("__", parts);
+        GMenuItem *item = g_menu_item_new(label, NULL);
+        g_menu_item_set_action_and_target(item, "win.open-recent", "s", paths[i]);
+        g_menu_append_item(menu, item);
+        g_object_unref(item);
+        g_strfreev(parts);
+        g_free(label);
+        g_free(name);
+    }
+    g_strfreev(paths);
+}
+
+GMenu *viewer_files_recent_menu(viewer *v)
+{
+    return v->files->recent;
+}
+
+/* ---- what the live view says ---- */
+
+static void on_model_event(viewer *v, const tl_live_event *event)
+{
+    struct viewer_files *files = v->files;
+    char *built = g_steal_pointer(&files->building);
+    viewer_window_progress(v, NULL, 0, NULL);
+    if (event->kind == TL_LIVE_DONE) {
+        const bool is_of_open = v->path && g_strcmp0(v->path, files->built_from) == 0;
+        viewer_say(v, VIEWER_INFO, "The model '%s' is complete.", built);
+        open_now(v, built, is_of_open ? v->scene : NULL);
+    } else if (event->status != TL_ERR_CANCELLED) {
+        viewer_say(v, VIEWER_ERROR, "%s", event->text);
+    }
+    g_free(built);
+    viewer_window_retitle(v);
+}
+
+static void on_live(viewer *v, void *user)
+{
+    (void)user;
+    const tl_live_event *event = v->event;
+    const bool is_model = event->job == TL_LIVE_MODEL, is_open = event->job == TL_LIVE_OPEN;
+    if (event->kind == TL_LIVE_PROGRESS && (is_model || is_open)) {
+        char *text =
+            g_strdup_printf("%s: %s", is_model ? "Building a model" : "Reading", event->stage);
+        viewer_window_progress(v, text,
+                               event->total ? (double)event->done / (double)event->total : -1,
+                               is_model ? cancel_model : cancel_open);
+        g_free(text);
+    } else if (is_model && (event->kind == TL_LIVE_DONE || event->kind == TL_LIVE_FAILED)) {
+        on_model_event(v, event);
+    } else if (is_open && event->kind == TL_LIVE_FAILED) {
+        viewer_window_progress(v, NULL, 0, NULL);
+        g_clear_pointer(&v->files->opening, g_free);
+        if (event->status != TL_ERR_CANCELLED) viewer_say(v, VIEWER_ERROR, "%s", event->text);
+        viewer_window_retitle(v);
+    } else if (event->kind == TL_LIVE_FAILED && event->status != TL_ERR_CANCELLED &&
+               (event->job == TL_LIVE_CONTENT || event->job == TL_LIVE_DRAWING)) {
+        viewer_say(v, VIEWER_ERROR, "%s", event->text);
+    } else if (event->kind == TL_LIVE_NOTICE) {
+        viewer_say(v, VIEWER_WARNING, "%s", event->text);
+    }
+}
+
+static void on_source(viewer *v, void *user)
+{
+    (void)user;
+    const tl_source_facts *facts = tl_source_get_facts(v->source);
+    viewer_window_progress(v, NULL, 0, NULL);
+    fill_recent(v);
+    if (facts->is_model || facts->tets < MANY_TETS || v->words->script) return;
+    char *tets = viewer_count_text((double)facts->tets);
+    viewer_offer(v, "Build a model…", build_of_open,
+                 "A mesh of %s tets. As a model it opens at once and turns smoothly.", tets);
+    g_free(tets);
+}
+
+/* ---- drops ---- */
+
+static gboolean on_drop(GtkDropTarget *target, const GValue *value, double x, double y, viewer *v)
+{
+    (void)target, (void)x, (void)y;
+    GSList *files = g_value_get_boxed(value);
+    char *path = files ? g_file_get_path(files->data) : NULL;
+    if (path) open_chosen(v, path);
+    g_free(path);
+    return path != NULL;
+}
+
+/* ---- commands of scripts ---- */
+
+static bool run_open(viewer *v, const char *arguments)
+{
+    viewer_open(v, arguments, NULL);
+    return true;
+}
+
+static bool run_scene(viewer *v, const char *arguments)
+{
+    return open_scene(v, arguments);
+}
+
+static bool run_save_scene(viewer *v, const char *arguments)
+{
+    return viewer_ok(v, tl_scene_write(v->ctx, v->scene, arguments));
+}
+
+static bool run_build(viewer *v, const char *arguments)
+{
+    return v->path && build(v, v->path, arguments);
+}
+
+static const viewer_command COMMANDS[] = {
+    {"open", "open FILE", run_open},
+    {"scene", "scene FILE.json", run_scene},
+    {"save-scene", "save-scene FILE.json", run_save_scene},
+    {"build", "build FILE.tlod", run_build},
+};
+
+/* ---- the part ---- */
+
+void viewer_files_create(viewer *v)
+{
+    v->files = g_new0(struct viewer_files, 1);
+    v->files->recent = g_menu_new();
+    fill_recent(v);
+}
+
+void viewer_files_attach(viewer *v)
+{
+    GSimpleAction *recent = g_simple_action_new("open-recent", G_VARIANT_TYPE_STRING);
+    GtkDropTarget *drop = gtk_drop_target_new(GDK_TYPE_FILE_LIST, GDK_ACTION_COPY);
+    g_signal_connect(recent, "activate", G_CALLBACK(on_recent), v);
+    g_action_map_add_action(G_ACTION_MAP(v->window), G_ACTION(recent));
+    g_object_unref(recent);
+    g_signal_connect(drop, "drop", G_CALLBACK(on_drop), v);
+    gtk_widget_add_controller(GTK_WIDGET(v->window), GTK_EVENT_CONTROLLER(drop));
+    viewer_add_actions(v, ACTIONS, G_N_ELEMENTS(ACTIONS));
+    viewer_add_commands(v, COMMANDS, G_N_ELEMENTS(COMMANDS));
+    viewer_listen(v, VIEWER_LIVE, on_live, NULL);
+    viewer_listen(v, VIEWER_SOURCE, on_source, NULL);
+}
+
+void viewer_files_destroy(viewer *v)
+{
+    g_object_unref(v->files->recent);
+    g_free(v->files->opening);
+    g_free(v->files->building);
+    g_free(v->files->built_from);
+    g_free(v->files->asked);
+    g_free(v->files);
+}

@@ -1,0 +1,292 @@
+/* The widget that shows the frames of the live view, and over them what tools draw. A frame that is
+ * finer than the one before, of the same view, is faded in, so that refinement does not jump.
+ * Frames that move come as they are.
+ *
+ * A frame is a GdkMemoryTexture on the pixels of the live view: nothing is copied here. */
+#include "viewer_core.h"
+
+#include <math.h>
+#include <time.h>
+
+#define FADE_S 0.12
+
+#define VIEWER_TYPE_PICTURE (viewer_picture_get_type())
+G_DECLARE_FINAL_TYPE(ViewerPicture, viewer_picture, VIEWER, PICTURE, GtkWidget)
+
+struct _ViewerPicture {
+    GtkWidget parent;
+    viewer *v;
+    GdkTexture *texture, *former; /* former: while it is faded over */
+    gint64 fade_begin;
+    guint fade_tick;
+    GArray *tools; /* viewer_tool */
+    GdkFrameClock *clock;
+    gint64 paint_begin;
+    double paint_cpu_s;
+    viewer_paint_stats stats;
+};
+
+G_DEFINE_FINAL_TYPE(ViewerPicture, viewer_picture, GTK_TYPE_WIDGET)
+
+/* ---- drawing ---- */
+
+static double faded(const ViewerPicture *self)
+{
+    const double part = (double)(g_get_monotonic_time() - self->fade_begin) / 1e6 / FADE_S;
+    const double t = CLAMP(part, 0, 1);
+    return t * t * (3 - 2 * t);
+}
+
+static void draw_tools(ViewerPicture *self, GtkSnapshot *snapshot, double width, double height)
+{
+    const graphene_rect_t all = GRAPHENE_RECT_INIT(0, 0, (float)width, (float)height);
+    const bool dark = viewer_window_is_dark(self->v);
+    cairo_t *cr = NULL;
+    for (guint i = 0; i < self->tools->len; i++) {
+        const viewer_tool *tool = &g_array_index(self->tools, viewer_tool, i);
+        if (!tool->draw || !tool->shown || !tool->shown(self->v, tool->user)) continue;
+        if (!cr) cr = gtk_snapshot_append_cairo(snapshot, &all);
+        cairo_save(cr);
+        tool->draw(self->v, tool->user, cr, width, height, dark);
+        cairo_restore(cr);
+    }
+    if (cr) cairo_destroy(cr);
+}
+
+static void snapshot(GtkWidget *widget, GtkSnapshot *s)
+{
+    ViewerPicture *self = VIEWER_PICTURE(widget);
+    const double width = gtk_widget_get_width(widget), height = gtk_widget_get_height(widget);
+    const graphene_rect_t all = GRAPHENE_RECT_INIT(0, 0, (float)width, (float)height);
+    if (self->former) {
+        gtk_snapshot_append_texture(s, self->former, &all);
+        gtk_snapshot_push_opacity(s, faded(self));
+    }
+    if (self->texture) gtk_snapshot_append_texture(s, self->texture, &all);
+    if (self->former) gtk_snapshot_pop(s);
+    if (self->texture) draw_tools(self, s, width, height);
+}
+
+/* ---- frames ---- */
+
+static void end_fade(ViewerPicture *self)
+{
+    g_clear_object(&self->former);
+    if (self->fade_tick) gtk_widget_remove_tick_callback(GTK_WIDGET(self), self->fade_tick);
+    self->fade_tick = 0;
+}
+
+static gboolean on_fade(GtkWidget *widget, GdkFrameClock *clock, gpointer data)
+{
+    (void)clock, (void)data;
+    ViewerPicture *self = VIEWER_PICTURE(widget);
+    gtk_widget_queue_draw(widget);
+    if (faded(self) < 1) return G_SOURCE_CONTINUE;
+    g_clear_object(&self->former);
+    self->fade_tick = 0;
+    return G_SOURCE_REMOVE;
+}
+
+void viewer_picture_show(GtkWidget *picture, GBytes *bytes, uint32_t width, uint32_t height,
+                         bool is_finer)
+{
+    ViewerPicture *self = VIEWER_PICTURE(picture);
+    GdkTexture *former = self->texture;
+    self->texture = NULL;
+    end_fade(self);
+    if (bytes)
+        self->texture = gdk_memory_texture_new(
+            (int)width, (int)height, GDK_MEMORY_R8G8B8A8_PREMULTIPLIED, bytes, (gsize)width * 4);
+    if (is_finer && former && self->texture) {
+        self->former = former;
+        self->fade_begin = g_get_monotonic_time();
+        self->fade_tick = gtk_widget_add_tick_callback(picture, on_fade, NULL, NULL);
+    } else
+        g_clear_object(&former);
+    gtk_widget_queue_draw(picture);
+}
+
+bool viewer_picture_is_still(const viewer *v)
+{
+    return !VIEWER_PICTURE(v->picture)->former;
+}
+
+/* ---- tools ---- */
+
+void viewer_add_tool(viewer *v, const viewer_tool *tool)
+{
+    g_array_append_vals(VIEWER_PICTURE(v->picture)->tools, tool, 1);
+}
+
+const GArray *viewer_tools_all(const viewer *v)
+{
+    return VIEWER_PICTURE(v->picture)->tools;
+}
+
+void viewer_redraw(viewer *v)
+{
+    gtk_widget_queue_draw(v->picture);
+}
+
+/* ---- places ---- */
+
+double viewer_scale(const viewer *v)
+{
+    const double width = gtk_widget_get_width(v->picture);
+    return v->frame && width > 0 ? v->frame->width / width : 1;
+}
+
+bool viewer_project(const viewer *v, const double xyz[3], double *x, double *y)
+{
+    double px[2], distance;
+    const double scale = viewer_scale(v);
+    if (!v->frame || !tl_camera_project(&v->frame->camera, xyz, px, &distance)) return false;
+    *x = px[0] / scale;
+    *y = px[1] / scale;
+    return true;
+}
+
+bool viewer_sight(const viewer *v, double x, double y, double origin[3], double direction[3])
+{
+    const double scale = viewer_scale(v);
+    if (!v->frame) return false;
+    tl_camera_ray(&v->frame->camera, x * scale, y * scale, origin, direction);
+    return direction[0] != 0 || direction[1] != 0 || direction[2] != 0;
+}
+
+double viewer_pixel_size(const viewer *v, const double xyz[3])
+{
+    double px[2], distance;
+    if (!v->frame || !tl_camera_project(&v->frame->camera, xyz, px, &distance)) return 0;
+    const tl_camera *camera = &v->frame->camera;
+    const double half = camera->parallel_scale > 0
+                            ? camera->parallel_scale
+                            : distance * tan(camera->view_angle * G_PI / 360);
+    return 2 * half / camera->size_px[1] * viewer_scale(v);
+}
+
+bool viewer_depth_at(const viewer *v, double x, double y, double xyz[3])
+{
+    double origin[3], direction[3], forward = 0, length = 0;
+    if (!viewer_sight(v, x, y, origin, direction)) return false;
+    const tl_frame *frame = v->frame;
+    const double scale = viewer_scale(v);
+    const double column = floor(x * scale), row = floor(y * scale);
+    if (!frame->depth || column < 0 || row < 0 || column >= frame->width || row >= frame->height)
+        return false;
+    const double depth = frame->depth[(size_t)row * frame->width + (size_t)column];
+    if (!isfinite(depth)) return false;
+    /* depth counts along the view, not along the sight */
+    for (int i = 0; i < 3; i++) {
+        const double d = frame->camera.focal_point[i] - frame->camera.position[i];
+        forward += d * direction[i];
+        length += d * d;
+    }
+    const double cosine = forward / sqrt(length);
+    for (int i = 0; i < 3; i++) xyz[i] = origin[i] + direction[i] * depth / cosine;
+    return true;
+}
+
+/* ---- what painting the window takes ---- */
+
+/* Of this thread, so that what others do does not count. */
+static double cpu_seconds(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static void on_before_paint(GdkFrameClock *clock, ViewerPicture *self)
+{
+    (void)clock;
+    self->paint_begin = g_get_monotonic_time();
+    self->paint_cpu_s = cpu_seconds();
+}
+
+static void on_after_paint(GdkFrameClock *clock, ViewerPicture *self)
+{
+    (void)clock;
+    const double seconds = (double)(g_get_monotonic_time() - self->paint_begin) / 1e6;
+    self->stats.count++;
+    self->stats.cpu_s += cpu_seconds() - self->paint_cpu_s;
+    self->stats.longest_s = MAX(self->stats.longest_s, seconds);
+}
+
+static void realize(GtkWidget *widget)
+{
+    ViewerPicture *self = VIEWER_PICTURE(widget);
+    GTK_WIDGET_CLASS(viewer_picture_parent_class)->realize(widget);
+    self->clock = g_object_ref(gtk_widget_get_frame_clock(widget));
+    g_signal_connect(self->clock, "before-paint", G_CALLBACK(on_before_paint), self);
+    g_signal_connect(self->clock, "after-paint", G_CALLBACK(on_after_paint), self);
+}
+
+static void unrealize(GtkWidget *widget)
+{
+    ViewerPicture *self = VIEWER_PICTURE(widget);
+    g_signal_handlers_disconnect_by_data(self->clock, self);
+    g_clear_object(&self->clock);
+    GTK_WIDGET_CLASS(viewer_picture_parent_class)->unrealize(widget);
+}
+
+viewer_paint_stats viewer_picture_stats(const viewer *v)
+{
+    return VIEWER_PICTURE(v->picture)->stats;
+}
+
+void viewer_picture_reset_stats(viewer *v)
+{
+    VIEWER_PICTURE(v->picture)->stats = (viewer_paint_stats){0};
+}
+
+/* ---- the widget ---- */
+
+static void size_allocate(GtkWidget *widget, int width, int height, int baseline)
+{
+    (void)width, (void)height, (void)baseline;
+    viewer_frame_scene(VIEWER_PICTURE(widget)->v);
+}
+
+static void dispose(GObject *object)
+{
+    ViewerPicture *self = VIEWER_PICTURE(object);
+    end_fade(self);
+    g_clear_object(&self->texture);
+    G_OBJECT_CLASS(viewer_picture_parent_class)->dispose(object);
+}
+
+static void finalize(GObject *object)
+{
+    g_array_free(VIEWER_PICTURE(object)->tools, TRUE);
+    G_OBJECT_CLASS(viewer_picture_parent_class)->finalize(object);
+}
+
+static void viewer_picture_class_init(ViewerPictureClass *klass)
+{
+    GtkWidgetClass *widget = GTK_WIDGET_CLASS(klass);
+    widget->snapshot = snapshot;
+    widget->size_allocate = size_allocate;
+    widget->realize = realize;
+    widget->unrealize = unrealize;
+    G_OBJECT_CLASS(klass)->dispose = dispose;
+    G_OBJECT_CLASS(klass)->finalize = finalize;
+    gtk_widget_class_set_css_name(widget, "tetralod-picture");
+}
+
+static void viewer_picture_init(ViewerPicture *self)
+{
+    self->tools = g_array_new(FALSE, FALSE, sizeof(viewer_tool));
+}
+
+GtkWidget *viewer_picture_create(viewer *v)
+{
+    ViewerPicture *self = g_object_new(VIEWER_TYPE_PICTURE, NULL);
+    GtkWidget *widget = GTK_WIDGET(self);
+    self->v = v;
+    gtk_widget_set_hexpand(widget, TRUE);
+    gtk_widget_set_vexpand(widget, TRUE);
+    gtk_widget_set_focusable(widget, TRUE);
+    gtk_widget_set_overflow(widget, GTK_OVERFLOW_HIDDEN);
+    return widget;
+}

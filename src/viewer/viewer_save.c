@@ -1,0 +1,417 @@
+/* Pictures of any size, and sequences of them, saved by a thread of their own: the same source,
+ * scene and camera, but all that the scene asks for at that size. As `tetralod render --scene`
+ * draws them. */
+#include "viewer_core.h"
+
+#include <stdatomic.h>
+#include <stdio.h>
+#include <string.h>
+
+#define SIDE_MOST 16384
+#define FRAMES_MOST 100000
+
+typedef struct job {
+    viewer *v;
+    tl_source *source;
+    tl_scene *scene;
+    tl_camera camera;
+    char *path; /* of several frames with a %d for their number */
+    uint32_t frame_count;
+    double degrees; /* around, in all frames */
+    GThread *thread;
+    atomic_int done, is_over; /* frames; the thread has ended */
+    tl_status status;         /* then */
+} job;
+
+struct viewer_save {
+    tl_ctx *ctx; /* of the thread; the source keeps what it allocated */
+    job *job;    /* NULL: none */
+    atomic_int is_cancelled;
+    guint timer;
+    /* the dialog */
+    GtkWindow *dialog;
+    GtkWidget *width, *height, *keep, *transparent, *frames, *degrees;
+    double aspect;
+    bool is_sequence;
+    job *asked; /* a job whose path is asked for */
+};
+
+bool viewer_save_idle(const viewer *v)
+{
+    return !v->save->job;
+}
+
+/* ---- the thread ---- */
+
+static bool on_progress(void *user, const char *stage, uint64_t done, uint64_t total)
+{
+    (void)stage, (void)done, (void)total;
+    return !atomic_load(&((viewer *)user)->save->is_cancelled);
+}
+
+/* By the ending of path a page or a picture. */
+static tl_status save(tl_ctx *ctx, const job *j, const tl_content *content, const tl_camera *camera,
+                      tl_image *image, const char *path)
+{
+    tl_value color;
+    float background[3];
+    if (g_str_has_suffix(path, ".pdf") || g_str_has_suffix(path, ".svg"))
+        return tl_content_write(ctx, content, j->scene, camera, image, path);
+    tl_status st = tl_content_annotate(ctx, content, j->scene, camera, image);
+    if (st == TL_ERR_UNSUPPORTED) st = TL_OK; /* a build without pango: no words */
+    if (!st) st = tl_scene_get(ctx, j->scene, TL_NODE_PICTURE + 1, "background", &color);
+    if (!st && color.count == 3) {
+        for (int i = 0; i < 3; i++) background[i] = (float)color.reals[i];
+        tl_image_flatten(image, background);
+    }
+    return st ? st : tl_image_write_png(ctx, image, path);
+}
+
+static tl_status draw(tl_ctx *ctx, const job *j, tl_view *view, tl_renderer *renderer,
+                      const tl_camera *camera, const char *path)
+{
+    tl_content *content = NULL;
+    tl_shown *shown = NULL;
+    tl_image *image = NULL;
+    tl_draw_opts opts = tl_draw_opts_defaults();
+    tl_status st = tl_view_build(ctx, view, j->scene, camera, NULL, &content);
+    if (!st) st = tl_shown_create(ctx, renderer, &shown);
+    if (!st) st = tl_content_show(ctx, shown, content);
+    if (!st) {
+        opts.samples =
+            tl_content_samples(content, j->scene, camera->size_px[0], camera->size_px[1]);
+        st = tl_content_draw(ctx, shown, camera, &opts, &image);
+    }
+    if (!st) st = save(ctx, j, content, camera, image, path);
+    tl_image_destroy(ctx, image);
+    tl_shown_destroy(ctx, shown);
+    tl_content_destroy(ctx, content);
+    return st;
+}
+
+/* "dir/frame_0007.png" of "dir/frame.png". */
+static char *frame_path(const job *j, uint32_t frame)
+{
+    if (j->frame_count == 1) return g_strdup(j->path);
+    const char *dot = strrchr(j->path, '.');
+    const int stem = (int)(dot && !strchr(dot, '/') ? dot - j->path : (long)strlen(j->path));
+    return g_strdup_printf("%.*s_%04u%s", stem, j->path, frame, j->path + stem);
+}
+
+static gpointer run_job(gpointer data)
+{
+    static const double UP[3] = {0, 0, 1};
+    job *j = data;
+    tl_ctx *ctx = j->v->save->ctx;
+    tl_view *view = NULL;
+    tl_renderer *renderer = NULL;
+    const char *word = tl_scene_text(j->scene, TL_NODE_PICTURE + 1, "renderer");
+    const tl_renderer_kind kind = strcmp(word, "gl") == 0    ? TL_RENDERER_GL
+                                  : strcmp(word, "cpu") == 0 ? TL_RENDERER_CPU
+                                                             : TL_RENDERER_AUTO;
+    tl_status st = tl_view_create(ctx, j->source, &view);
+    if (!st) st = tl_renderer_create(ctx, kind, &renderer);
+    for (uint32_t i = 0; !st && i < j->frame_count; i++) {
+        tl_camera camera = j->camera;
+        tl_camera_spin(&camera, camera.focal_point, UP, j->degrees * i / j->frame_count);
+        char *path = frame_path(j, i);
+        st = draw(ctx, j, view, renderer, &camera, path);
+        g_free(path);
+        atomic_store(&j->done, (int)i + 1);
+    }
+    tl_renderer_destroy(ctx, renderer);
+    tl_view_destroy(view);
+    j->status = st;
+    atomic_store(&j->is_over, 1);
+    return NULL;
+}
+
+/* ---- its begin and end ---- */
+
+static void free_job(job *j)
+{
+    if (!j) return;
+    tl_scene_destroy(j->v->save->ctx, j->scene);
+    g_free(j->path);
+    g_free(j);
+}
+
+static void cancel(viewer *v)
+{
+    atomic_store(&v->save->is_cancelled, 1);
+}
+
+static void show_done(viewer *v, const job *j)
+{
+    if (j->status == TL_ERR_CANCELLED)
+        viewer_say(v, VIEWER_INFO, "Stopped; no more pictures are saved.");
+    else if (j->status)
+        viewer_say(v, VIEWER_ERROR, "%s", tl_ctx_message(v->save->ctx));
+    else if (j->frame_count == 1)
+        viewer_say(v, VIEWER_INFO, "Saved ‘%s’.", j->path);
+    else
+        viewer_say(v, VIEWER_INFO, "Saved %u pictures.", j->frame_count);
+}
+
+static gboolean on_timer(gpointer data)
+{
+    viewer *v = data;
+    struct viewer_save *s = v->save;
+    const int done = atomic_load(&s->job->done);
+    const bool is_over = atomic_load(&s->job->is_over);
+    if (!is_over) {
+        char *text = s->job->frame_count == 1
+                         ? g_strdup("Drawing the picture")
+                         : g_strdup_printf("Picture %d of %u", done + 1, s->job->frame_count);
+        viewer_window_progress(
+            v, text, s->job->frame_count == 1 ? -1 : done / (double)s->job->frame_count, cancel);
+        g_free(text);
+        return G_SOURCE_CONTINUE;
+    }
+    g_thread_join(s->job->thread);
+    viewer_window_progress(v, NULL, 0, NULL);
+    show_done(v, s->job);
+    g_clear_pointer(&s->job, free_job);
+    s->timer = 0;
+    return G_SOURCE_REMOVE;
+}
+
+/* Takes over j. */
+static bool begin(viewer *v, job *j)
+{
+    struct viewer_save *s = v->save;
+    if (s->job || !v->source) {
+        viewer_say(v, VIEWER_WARNING, "%s",
+                   s->job ? "Pictures are being saved already." : "There is nothing to save.");
+        free_job(j);
+        return false;
+    }
+    atomic_store(&s->is_cancelled, 0);
+    j->source = (tl_source *)(uintptr_t)v->source;
+    s->job = j;
+    j->thread = g_thread_new("pictures", run_job, j);
+    s->timer = g_timeout_add(50, on_timer, v);
+    return true;
+}
+
+/* A job for what is shown now; NULL: out of memory, which was said. */
+static job *make_job(viewer *v, uint32_t width, uint32_t height)
+{
+    struct viewer_save *s = v->save;
+    job *j = g_new0(job, 1);
+    tl_ctx_opts opts = tl_ctx_opts_defaults();
+    opts.progress = on_progress;
+    opts.user = v;
+    opts.thread_count = (unsigned)v->words->thread_count;
+    j->v = v;
+    j->frame_count = 1;
+    tl_status st = s->ctx ? TL_OK : tl_ctx_create(&opts, &s->ctx);
+    if (!st) st = tl_scene_copy(s->ctx, v->scene, &j->scene);
+    if (st) {
+        viewer_say(v, VIEWER_ERROR, "No picture: %s", tl_status_name(st));
+        g_free(j);
+        return NULL;
+    }
+    tl_scene_camera(j->scene, width, height, &j->camera);
+    return j;
+}
+
+/* ---- the dialog ---- */
+
+static void on_path(GtkNativeDialog *dialog, int response, viewer *v)
+{
+    job *j = g_steal_pointer(&v->save->asked);
+    char *path = response == GTK_RESPONSE_ACCEPT ? viewer_dialog_path(dialog) : NULL;
+    g_object_unref(dialog);
+    if (path && j) {
+        j->path = path;
+        begin(v, j);
+        return;
+    }
+    g_free(path);
+    free_job(j);
+}
+
+static void on_accept(GtkButton *button, viewer *v)
+{
+    (void)button;
+    struct viewer_save *s = v->save;
+    if (!viewer_save_idle(v)) return;
+    free_job(g_steal_pointer(&s->asked));
+    s->asked = make_job(v, (uint32_t)gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->width)),
+                        (uint32_t)gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->height)));
+    if (s->asked) {
+        if (gtk_check_button_get_active(GTK_CHECK_BUTTON(s->transparent)))
+            viewer_ok(v, tl_scene_set_text(s->ctx, s->asked->scene, TL_NODE_PICTURE + 1,
+                                           "background", "none"));
+        if (s->is_sequence) {
+            s->asked->frame_count = (uint32_t)gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->frames));
+            s->asked->degrees = gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->degrees));
+        }
+        GtkFileChooserNative *dialog = viewer_dialog(
+            v, s->is_sequence ? "Save frames" : "Save picture", "_Save",
+            GTK_FILE_CHOOSER_ACTION_SAVE, s->is_sequence ? "frame.png" : "picture.png", NULL);
+        g_signal_connect(dialog, "response", G_CALLBACK(on_path), v);
+        gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
+    }
+    gtk_window_destroy(s->dialog);
+}
+
+static void on_width(GtkSpinButton *spin, struct viewer_save *s)
+{
+    if (!gtk_check_button_get_active(GTK_CHECK_BUTTON(s->keep))) return;
+    const double height = gtk_spin_button_get_value(spin) / s->aspect;
+    if (ABS(height - gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->height))) >= 1)
+        gtk_spin_button_set_value(GTK_SPIN_BUTTON(s->height), height);
+}
+
+static void on_height(GtkSpinButton *spin, struct viewer_save *s)
+{
+    if (!gtk_check_button_get_active(GTK_CHECK_BUTTON(s->keep))) return;
+    const double width = gtk_spin_button_get_value(spin) * s->aspect;
+    if (ABS(width - gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->width))) >= s->aspect)
+        gtk_spin_button_set_value(GTK_SPIN_BUTTON(s->width), width);
+}
+
+static GtkWidget *add_spin(GtkWidget *grid, int row, const char *name, double least, double most,
+                           double value)
+{
+    GtkWidget *label = gtk_label_new(name), *spin = gtk_spin_button_new_with_range(least, most, 1);
+    gtk_label_set_xalign(GTK_LABEL(label), 1);
+    gtk_widget_add_css_class(label, "dim-label");
+    gtk_spin_button_set_value(GTK_SPIN_BUTTON(spin), value);
+    gtk_grid_attach(GTK_GRID(grid), label, 0, row, 1, 1);
+    gtk_grid_attach(GTK_GRID(grid), spin, 1, row, 1, 1);
+    return spin;
+}
+
+static GtkWidget *make_grid(viewer *v)
+{
+    struct viewer_save *s = v->save;
+    GtkWidget *grid = gtk_grid_new(), *save = gtk_button_new_with_mnemonic("_Save…");
+    const tl_camera camera = viewer_camera(v);
+    int row = 0;
+    s->aspect = (double)camera.size_px[0] / camera.size_px[1];
+    gtk_grid_set_row_spacing(GTK_GRID(grid), 8);
+    gtk_grid_set_column_spacing(GTK_GRID(grid), 12);
+    s->width = add_spin(grid, row++, "Width, pixels", 16, SIDE_MOST, camera.size_px[0]);
+    s->height = add_spin(grid, row++, "Height, pixels", 16, SIDE_MOST, camera.size_px[1]);
+    s->keep = gtk_check_button_new_with_label("Keep proportions");
+    gtk_check_button_set_active(GTK_CHECK_BUTTON(s->keep), TRUE);
+    gtk_grid_attach(GTK_GRID(grid), s->keep, 1, row++, 1, 1);
+    s->transparent = gtk_check_button_new_with_label("Transparent background");
+    gtk_grid_attach(GTK_GRID(grid), s->transparent, 1, row++, 1, 1);
+    if (s->is_sequence) {
+        s->frames = add_spin(grid, row++, "Pictures", 1, FRAMES_MOST, 90);
+        s->degrees = add_spin(grid, row++, "Around, degrees", -3600, 3600, 360);
+    }
+    gtk_widget_add_css_class(save, "suggested-action");
+    gtk_widget_set_halign(save, GTK_ALIGN_END);
+    gtk_widget_set_margin_top(save, 12);
+    gtk_grid_attach(GTK_GRID(grid), save, 1, row, 1, 1);
+    g_signal_connect(s->width, "value-changed", G_CALLBACK(on_width), s);
+    g_signal_connect(s->height, "value-changed", G_CALLBACK(on_height), s);
+    g_signal_connect(save, "clicked", G_CALLBACK(on_accept), v);
+    return grid;
+}
+
+static void ask(viewer *v, bool is_sequence)
+{
+    struct viewer_save *s = v->save;
+    if (!v->source) return;
+    s->is_sequence = is_sequence;
+    s->dialog = viewer_dialog_window(v, is_sequence ? "Save frames" : "Save picture");
+    GtkWidget *grid = make_grid(v);
+    gtk_widget_set_margin_start(grid, 24);
+    gtk_widget_set_margin_end(grid, 24);
+    gtk_widget_set_margin_top(grid, 18);
+    gtk_widget_set_margin_bottom(grid, 18);
+    gtk_window_set_resizable(s->dialog, FALSE);
+    gtk_window_set_child(s->dialog, grid);
+    gtk_window_present(s->dialog);
+}
+
+static void save_picture(viewer *v)
+{
+    ask(v, false);
+}
+
+static void save_frames(viewer *v)
+{
+    ask(v, true);
+}
+
+static const viewer_action ACTIONS[] = {
+    {"save-picture", "<Control>p", "File", "Save a picture", save_picture, NULL},
+    {"save-frames", "<Control><Shift>p", "File", "Save frames", save_frames, NULL},
+};
+
+/* ---- commands of scripts ---- */
+
+/* "FILE.png [WxH]": the words before a size are the path. */
+static job *read_job(viewer *v, const char *arguments, char **rest)
+{
+    const tl_camera camera = viewer_camera(v);
+    int width = (int)camera.size_px[0], height = (int)camera.size_px[1];
+    char **words = g_strsplit(arguments, " ", 3);
+    const bool has_size = words[0] && words[1] && viewer_read_size(words[1], &width, &height);
+    job *j = words[0] && *words[0] ? make_job(v, (uint32_t)width, (uint32_t)height) : NULL;
+    if (j) j->path = g_strdup(words[0]);
+    *rest = g_strdup(has_size && words[2] ? words[2] : "");
+    g_strfreev(words);
+    return j;
+}
+
+static bool run_picture(viewer *v, const char *arguments)
+{
+    char *rest;
+    job *j = read_job(v, arguments, &rest);
+    g_free(rest);
+    return j && begin(v, j);
+}
+
+static bool run_frames(viewer *v, const char *arguments)
+{
+    char *rest, *end;
+    job *j = read_job(v, arguments, &rest);
+    const gint64 count = g_ascii_strtoll(rest, &end, 10);
+    if (j && count >= 1 && count <= FRAMES_MOST) {
+        j->frame_count = (uint32_t)count;
+        j->degrees = g_ascii_strtod(end, NULL);
+        g_free(rest);
+        return begin(v, j);
+    }
+    free_job(j);
+    g_free(rest);
+    return false;
+}
+
+static const viewer_command COMMANDS[] = {
+    {"picture", "picture FILE.png [WIDTHxHEIGHT]", run_picture},
+    {"frames", "frames FILE.png WIDTHxHEIGHT COUNT [DEGREES]", run_frames},
+};
+
+/* ---- the part ---- */
+
+void viewer_save_attach(viewer *v)
+{
+    v->save = g_new0(struct viewer_save, 1);
+    viewer_add_actions(v, ACTIONS, G_N_ELEMENTS(ACTIONS));
+    viewer_add_commands(v, COMMANDS, G_N_ELEMENTS(COMMANDS));
+}
+
+void viewer_save_end(viewer *v)
+{
+    struct viewer_save *s = v->save;
+    if (s->timer) g_source_remove(s->timer);
+    cancel(v);
+    if (s->job) g_thread_join(s->job->thread);
+    free_job(s->job);
+    free_job(s->asked);
+}
+
+void viewer_save_destroy(viewer *v)
+{
+    tl_ctx_destroy(v->save->ctx);
+    g_free(v->save);
+}
