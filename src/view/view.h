@@ -230,8 +230,7 @@ tl_status tli_agenda_begin(tl_ctx *ctx, tl_view *view, const tl_scene *scene, tl
 tl_status tli_agenda_create(tl_ctx *ctx, tl_view *view, const tl_scene *scene, tli_agenda *agenda);
 void tli_agenda_release(tl_ctx *ctx, tli_agenda *agenda);
 /* Adds the paint of a channel to an agenda that has begun. */
-tl_status tli_agenda_paint(tl_ctx *ctx, const tl_view *view, tli_agenda *agenda,
-                           const char *channel);
+tl_status tli_agenda_paint(tl_ctx *ctx, tl_view *view, tli_agenda *agenda, const char *channel);
 /* Those that colours are explained of: of the volume, of colours, of points. Gives bars [at most
  * paint_count], returns their number. view_build.c */
 size_t tli_agenda_bars(const tli_agenda *agenda, const tl_values **bars);
@@ -258,6 +257,8 @@ typedef struct tli_shape {
     tl_polydata *parts[2]; /* the second one may be NULL */
 } tli_shape;
 
+enum { TLI_RECENT_PAINTS = 8 };
+
 struct tl_view {
     tl_ctx *ctx;
     tl_source *source;
@@ -274,7 +275,8 @@ struct tl_view {
     size_t paint_count;
     tli_shape **shapes;
     size_t shape_count;
-    tli_paint *asked; /* of tl_view_values */
+    tli_paint *recent[TLI_RECENT_PAINTS]; /* the last that were made; before a build, too */
+    size_t recent_next;
     double cut_s, mesh_s;
 };
 

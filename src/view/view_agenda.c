@@ -66,24 +66,43 @@ static tl_status add_paint(tl_ctx *ctx, tli_agenda *agenda, tli_paint *paint)
     return st;
 }
 
+/* A paint that the view still has, used; or NULL. */
+static tli_paint *find_paint(const tl_view *view, tli_recipe recipe)
+{
+    for (size_t i = 0; i < view->paint_count; i++)
+        if (view->paints[i]->recipe == recipe) return tli_paint_use(view->paints[i]);
+    for (size_t i = 0; i < TLI_RECENT_PAINTS; i++)
+        if (view->recent[i] && view->recent[i]->recipe == recipe)
+            return tli_paint_use(view->recent[i]);
+    return NULL;
+}
+
+static tl_status make_paint(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
+                            const char *channel, tli_paint **paint)
+{
+    tl_status st = tli_paint_create(ctx, agenda->scene, agenda->look, channel, paint);
+    if (st) return st;
+    tli_paint **slot = &view->recent[view->recent_next++ % TLI_RECENT_PAINTS];
+    tli_paint_release(*slot);
+    *slot = tli_paint_use(*paint);
+    return TL_OK;
+}
+
 /* The paint of a channel, from the agenda, from the view, or new. */
-static tl_status get_paint(tl_ctx *ctx, const tl_view *view, tli_agenda *agenda,
-                           const char *channel, tli_paint **paint)
+static tl_status get_paint(tl_ctx *ctx, tl_view *view, tli_agenda *agenda, const char *channel,
+                           tli_paint **paint)
 {
     const tli_recipe recipe = tli_paint_recipe(agenda->look, agenda->scene, channel);
     *paint = NULL;
     for (size_t i = 0; i < agenda->paint_count; i++)
         if (agenda->paints[i]->recipe == recipe) *paint = agenda->paints[i];
     if (*paint) return TL_OK;
-    for (size_t i = 0; i < view->paint_count; i++)
-        if (view->paints[i]->recipe == recipe) *paint = tli_paint_use(view->paints[i]);
-    tl_status st =
-        *paint ? TL_OK : tli_paint_create(ctx, agenda->scene, agenda->look, channel, paint);
+    *paint = find_paint(view, recipe);
+    tl_status st = *paint ? TL_OK : make_paint(ctx, view, agenda, channel, paint);
     return st ? st : add_paint(ctx, agenda, *paint);
 }
 
-tl_status tli_agenda_paint(tl_ctx *ctx, const tl_view *view, tli_agenda *agenda,
-                           const char *channel)
+tl_status tli_agenda_paint(tl_ctx *ctx, tl_view *view, tli_agenda *agenda, const char *channel)
 {
     tli_paint *paint;
     return get_paint(ctx, view, agenda, channel, &paint);
@@ -101,7 +120,7 @@ static bool needs_channel(const tl_scene *scene, const tli_agenda *agenda, const
 }
 
 /* Those with a transfer node first, in the order of these. */
-static tl_status set_paints(tl_ctx *ctx, const tl_view *view, tli_agenda *agenda)
+static tl_status set_paints(tl_ctx *ctx, tl_view *view, tli_agenda *agenda)
 {
     tl_status st = TL_OK;
     size_t count;

@@ -242,7 +242,7 @@ void tl_view_destroy(tl_view *view)
 {
     if (!view) return;
     release_kept(view->ctx, view->paints, view->paint_count, view->shapes, view->shape_count);
-    tli_paint_release(view->asked);
+    for (size_t i = 0; i < TLI_RECENT_PAINTS; i++) tli_paint_release(view->recent[i]);
     tli_body_release(view->body);
     tli_body_release(view->look);
     tl_cut_destroy(view->cut);
@@ -302,11 +302,7 @@ tl_status tl_view_values(tl_ctx *ctx, tl_view *view, const tl_scene *scene, cons
     tli_agenda agenda;
     tl_status st = tli_agenda_begin(ctx, view, scene, &agenda);
     if (!st) st = tli_agenda_paint(ctx, view, &agenda, channel);
-    if (!st) {
-        tli_paint_release(view->asked);
-        view->asked = tli_paint_use(agenda.paints[0]);
-        *values = &view->asked->values;
-    }
+    if (!st) *values = &agenda.paints[0]->values; /* the view has it, too */
     tli_agenda_release(ctx, &agenda);
     return st;
 }
