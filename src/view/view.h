@@ -347,7 +347,10 @@ tl_status tli_make_thing(tli_maker *maker, const tli_entry *entry);
 tl_status tli_make_marks(tli_maker *maker, const tli_entry *entry);
 tl_status tli_make_points(tli_maker *maker, const tli_entry *entry);
 tl_status tli_make_lines(tli_maker *maker, const tli_entry *entry);
-/* Helpers of these. A recipe to begin with: of the body and a kind. */
+/* Helpers of these. The colour of edges; a property of a node; a recipe to begin with: of the body
+ * and a kind. */
+extern const double tli_ink[3];
+double tli_maker_real(const tli_maker *maker, const tli_entry *entry, const char *prop);
 tli_recipe tli_maker_recipe(const tli_maker *maker, const tli_entry *entry);
 /* The shape of a recipe, from the view or the content; NULL: it has to be made. */
 const tli_shape *tli_maker_find(tli_maker *maker, tli_recipe recipe, tl_status *st);

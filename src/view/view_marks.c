@@ -4,7 +4,6 @@
 
 #include "view/view.h"
 
-static const double INK[3] = {0.15, 0.15, 0.17};
 /* Pixels of the final picture: borders of patches. */
 static const double BORDER_PX = 1.1;
 /* Number of the one part of edges. */
@@ -151,7 +150,7 @@ tl_status tli_make_marks(tli_maker *maker, const tli_entry *entry)
                          .polydata = shape->parts[1],
                          .look = tl_look_defaults(),
                          .line = tl_line_opts_defaults()};
-    memcpy(borders.look.rgb, INK, sizeof borders.look.rgb);
+    memcpy(borders.look.rgb, tli_ink, sizeof borders.look.rgb);
     borders.look.lit = false;
     borders.line.shape = TL_LINE_FLAT;
     borders.line.width_px = BORDER_PX;

@@ -8,11 +8,6 @@ static const double GHOST = 0.12;
 /* Channels that streamlines have of themselves stand before those that are carried along. */
 enum { OWN_CHANNELS = 2 };
 
-static double real(const tli_maker *m, const tli_entry *entry, const char *prop)
-{
-    return tl_scene_real(m->agenda->scene, entry->node, prop);
-}
-
 static tli_recipe with_scalar(tli_recipe recipe, const tli_scalar *scalar)
 {
     return tli_recipe_count(recipe, scalar->recipe);
@@ -26,8 +21,8 @@ static tl_status spread(tli_maker *m, const tli_entry *entry, const tli_scalar *
     double values[TL_SLICE_VALUES_MAX];
     tli_dressed dressed;
     tl_points_opts opts = tl_points_opts_defaults();
-    const double shells = real(m, entry, "shells");
-    opts.count = (uint64_t)real(m, entry, "count");
+    const double shells = tli_maker_real(m, entry, "shells");
+    opts.count = (uint64_t)tli_maker_real(m, entry, "count");
     /* the least and the largest value have no surface */
     opts.low = entry->own->values.shown_range[0];
     opts.high = entry->own->values.shown_range[1];
@@ -49,15 +44,15 @@ tl_status tli_make_points(tli_maker *maker, const tli_entry *entry)
     tli_scalar *own, *color;
     const tli_shape *shape = NULL;
     const tli_paint *paint = entry->color ? entry->color : entry->own;
-    if (!(real(maker, entry, "radius_px") > 0)) return TL_OK;
+    if (!(tli_maker_real(maker, entry, "radius_px") > 0)) return TL_OK;
     tl_status st = tli_maker_scalar(maker, entry->own, false, &own);
     if (!st) st = tli_maker_scalar(maker, paint, false, &color);
     if (st) return st;
     tli_recipe recipe = with_scalar(with_scalar(tli_maker_recipe(maker, entry), own), color);
     recipe = tli_recipe_bytes(recipe, entry->own->values.shown_range,
                               sizeof entry->own->values.shown_range);
-    recipe = tli_recipe_real(tli_recipe_real(recipe, real(maker, entry, "count")),
-                             real(maker, entry, "shells"));
+    recipe = tli_recipe_real(tli_recipe_real(recipe, tli_maker_real(maker, entry, "count")),
+                             tli_maker_real(maker, entry, "shells"));
     shape = tli_maker_find(maker, recipe, &st);
     if (!st && !shape) {
         tl_polydata *points = NULL;
@@ -75,7 +70,7 @@ tl_status tli_make_points(tli_maker *maker, const tli_entry *entry)
     thing.look.transfer = paint->transfer;
     thing.look.ambient = 0.45;
     thing.look.specular = 0;
-    thing.point.radius_px = real(maker, entry, "radius_px");
+    thing.point.radius_px = tli_maker_real(maker, entry, "radius_px");
     return tli_maker_add(maker, &thing);
 }
 
@@ -152,15 +147,15 @@ static tl_status add_part(tli_maker *m, const tli_entry *entry, const tli_shape 
     thing.recipe = tli_recipe_count(recipe, (uint64_t)part);
     thing.look.scalar = thing.polydata->channels[OWN_CHANNELS].values;
     thing.look.transfer = entry->color->transfer;
-    thing.look.opacity = part ? GHOST : real(m, entry, "opacity");
-    thing.line.shape = SHAPES[(int)real(m, entry, "shape")];
-    thing.line.width_px = real(m, entry, "width_px");
-    thing.line.halo_px = part ? 0 : real(m, entry, "halo_px");
-    thing.line.dash = thing.line.gap = real(m, entry, "dash") * percent;
-    const double arrows = real(m, entry, "arrows") * percent;
+    thing.look.opacity = part ? GHOST : tli_maker_real(m, entry, "opacity");
+    thing.line.shape = SHAPES[(int)tli_maker_real(m, entry, "shape")];
+    thing.line.width_px = tli_maker_real(m, entry, "width_px");
+    thing.line.halo_px = part ? 0 : tli_maker_real(m, entry, "halo_px");
+    thing.line.dash = thing.line.gap = tli_maker_real(m, entry, "dash") * percent;
+    const double arrows = tli_maker_real(m, entry, "arrows") * percent;
     thing.line.arrow_spacing = part ? 0 : arrows;
     thing.period = arrows > 0 ? arrows : thing.line.dash + thing.line.gap;
-    thing.speed = thing.period > 0 ? real(m, entry, "speed") : 0;
+    thing.speed = thing.period > 0 ? tli_maker_real(m, entry, "speed") : 0;
     return tli_maker_add(m, &thing);
 }
 
@@ -169,7 +164,7 @@ tl_status tli_make_lines(tli_maker *maker, const tli_entry *entry)
     double bounds[6] = {0};
     tli_scalar *color;
     const tl_scene *scene = maker->agenda->scene;
-    if (!(real(maker, entry, "width_px") > 0)) return TL_OK;
+    if (!(tli_maker_real(maker, entry, "width_px") > 0)) return TL_OK;
     tl_status st = tli_maker_scalar(maker, entry->color, false, &color);
     if (st) return st;
     tli_recipe recipe = with_scalar(tli_maker_recipe(maker, entry), color);

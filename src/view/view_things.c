@@ -3,15 +3,16 @@
 
 #include "view/view.h"
 
-static const double GREY[3] = {0.74, 0.75, 0.77}, INK[3] = {0.15, 0.15, 0.17};
+static const double GREY[3] = {0.74, 0.75, 0.77};
+const double tli_ink[3] = {0.15, 0.15, 0.17};
 /* Opacity of a boundary around other things; shine of one that shows values. */
 static const double GLASS = 0.15, MATT = 0.05;
 
 /* ---- helpers ---- */
 
-static double real(const tli_maker *m, const tli_entry *entry, const char *prop)
+double tli_maker_real(const tli_maker *maker, const tli_entry *entry, const char *prop)
 {
-    return tl_scene_real(m->agenda->scene, entry->node, prop);
+    return tl_scene_real(maker->agenda->scene, entry->node, prop);
 }
 
 tli_recipe tli_maker_recipe(const tli_maker *maker, const tli_entry *entry)
@@ -165,12 +166,12 @@ static tl_status make_volume(tli_maker *m, const tli_entry *entry)
     tli_scalar *scalar;
     const tli_paint *paint = entry->own;
     const tl_scene *scene = m->agenda->scene;
-    const double fade = real(m, entry, "gradient_opacity");
+    const double fade = tli_maker_real(m, entry, "gradient_opacity");
     tli_thing thing = {.kind = TLI_THING_VOLUME,
                        .recipe = thing_recipe(m, entry, NULL, paint),
                        .transfer = paint->transfer,
                        .volume_opts = tl_volume_opts_defaults()};
-    thing.volume_opts.method = METHODS[(int)real(m, entry, "method")];
+    thing.volume_opts.method = METHODS[(int)tli_maker_real(m, entry, "method")];
     thing.volume_opts.lit = tl_scene_flag(scene, entry->node, "lit");
     tl_status st = tli_body_volume(m->ctx, m->body, &thing.volume);
     if (!st) st = tli_maker_scalar(m, paint, false, &scalar);
@@ -227,7 +228,7 @@ static tl_status make_surface(tli_maker *m, const tli_entry *entry)
     if (st) return st;
     tli_thing thing = surface_of(m, entry, shape, color);
     thing.recipe = tli_recipe_count(thing.recipe, own->recipe);
-    thing.look.opacity = real(m, entry, "opacity");
+    thing.look.opacity = tli_maker_real(m, entry, "opacity");
     if (!thing.look.scalar && !tli_node_color(m, entry, GREY, thing.look.rgb)) {
         float rgb[3];
         double extinction;
@@ -275,7 +276,7 @@ static tl_status make_slice(tli_maker *m, const tli_entry *entry)
     if (st) return st;
     tli_thing thing = surface_of(m, entry, shape, entry->color);
     thing.look.lit = !thing.look.scalar;
-    thing.look.opacity = real(m, entry, "opacity");
+    thing.look.opacity = tli_maker_real(m, entry, "opacity");
     return tli_maker_add(m, &thing);
 }
 
@@ -283,7 +284,7 @@ static tl_status make_slice(tli_maker *m, const tli_entry *entry)
 static tl_status make_boundary(tli_maker *m, const tli_entry *entry)
 {
     tl_status st = TL_OK;
-    const double opacity = real(m, entry, "opacity");
+    const double opacity = tli_maker_real(m, entry, "opacity");
     const bool is_glass = opacity < 0 && m->agenda->has_glass;
     const tli_paint *color = is_glass ? NULL : entry->color;
     const tli_recipe recipe = with_paint(tli_maker_recipe(m, entry), color);
@@ -321,9 +322,9 @@ static tli_thing edges_of(const tli_maker *m, const tli_entry *entry, const tli_
                        .look = tl_look_defaults(),
                        .line = tl_line_opts_defaults()};
     thing.line.shape = TL_LINE_FLAT;
-    thing.line.width_px = real(m, entry, "width_px");
+    thing.line.width_px = tli_maker_real(m, entry, "width_px");
     thing.look.lit = false;
-    tli_node_color(m, entry, INK, thing.look.rgb);
+    tli_node_color(m, entry, tli_ink, thing.look.rgb);
     if (shape) thing.polydata = shape->parts[0];
     return thing;
 }
@@ -333,7 +334,7 @@ static tl_status make_edges(tli_maker *m, const tli_entry *entry)
     tl_status st = TL_OK;
     const tli_recipe recipe = tli_maker_recipe(m, entry);
     const tli_shape *shape = tli_maker_find(m, recipe, &st);
-    if (!(real(m, entry, "width_px") > 0)) return st;
+    if (!(tli_maker_real(m, entry, "width_px") > 0)) return st;
     if (!st && !shape) {
         tl_polydata *lines = NULL;
         tl_edges_opts opts = tl_edges_opts_defaults();
@@ -365,8 +366,8 @@ tl_status tli_make_thing(tli_maker *maker, const tli_entry *entry)
     case TL_NODE_SURFACE: return make_surface(maker, entry);
     case TL_NODE_SLICE: return make_slice(maker, entry);
     case TL_NODE_BOUNDARY:
-        return real(maker, entry, "mark") != 0 ? tli_make_marks(maker, entry)
-                                               : make_boundary(maker, entry);
+        return tli_maker_real(maker, entry, "mark") != 0 ? tli_make_marks(maker, entry)
+                                                         : make_boundary(maker, entry);
     case TL_NODE_EDGES: return make_edges(maker, entry);
     case TL_NODE_SILHOUETTES: return make_silhouettes(maker, entry);
     case TL_NODE_POINTS: return tli_make_points(maker, entry);
