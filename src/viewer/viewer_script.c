@@ -17,6 +17,7 @@ typedef enum wait_kind {
     WAIT_NONE = 0,
     WAIT_SETTLED,
     WAIT_TIME,
+    WAIT_FILE, /* until another program has made a file */
     WAIT_TURN,
     WAIT_DRAG,
     WAIT_PAINTED
@@ -27,6 +28,7 @@ struct viewer_script {
     char *path, **lines; /* NULL: none runs */
     guint line;
     wait_kind wait;
+    char *file; /* of WAIT_FILE */
     gint64 wait_begin, wait_end, beat;
     double turn[2], turned; /* degrees; part that is done */
     double drag[4];         /* from, to */
@@ -103,8 +105,15 @@ static bool run_wait(viewer *v, const char *arguments)
         s->wait_end = s->wait_begin + SETTLE_SECONDS * G_USEC_PER_SEC;
         return true;
     }
+    if (g_str_has_prefix(arguments, "for ")) {
+        g_free(s->file);
+        s->file = g_strdup(arguments + 4);
+        s->wait = WAIT_FILE;
+        s->wait_end = s->wait_begin + SETTLE_SECONDS * G_USEC_PER_SEC;
+        return true;
+    }
     if (end == arguments || *end || !(seconds >= 0) || seconds > 3600) {
-        fail(v, "wait: expected 'settled' or seconds");
+        fail(v, "wait: expected 'settled', seconds, or 'for' and a file");
         return false;
     }
     s->wait = WAIT_TIME;
@@ -248,7 +257,7 @@ static bool run_quit(viewer *v, const char *arguments)
 }
 
 static const viewer_command COMMANDS[] = {
-    {"wait", "wait [settled|SECONDS]", run_wait},
+    {"wait", "wait [settled|SECONDS|for FILE]", run_wait},
     {"screenshot", "screenshot FILE.png", run_screenshot},
     {"size", "size WIDTHxHEIGHT", run_size},
     {"key", "key KEY|ACTION", run_key},
@@ -343,6 +352,12 @@ static bool is_waiting(viewer *v, gint64 now)
     case WAIT_NONE: break;
     case WAIT_TIME:
         if (now >= s->wait_end) s->wait = WAIT_NONE;
+        break;
+    case WAIT_FILE:
+        if (g_file_test(s->file, G_FILE_TEST_EXISTS))
+            s->wait = WAIT_NONE;
+        else if (now > s->wait_end)
+            fail(v, "the file that is waited for does not come");
         break;
     case WAIT_SETTLED:
         if (viewer_settled(v))
@@ -442,6 +457,7 @@ bool viewer_script_destroy(viewer *v)
     if (v->words->stats) print_stats(v);
     if (s->timer) g_source_remove(s->timer);
     g_strfreev(s->lines);
+    g_free(s->file);
     g_free(s->path);
     g_free(s->screenshot);
     g_ptr_array_free(s->commands, TRUE);
