@@ -16,28 +16,39 @@ typedef struct slices_case {
     const tl_store_head *head;
     uint32_t number; /* of the channel in the model */
     uint64_t seed;
-    size_t cuts, closed, sides, outside, distances; /* what was looked at */
-    double tightest;                                /* largest distance by its promise */
+    size_t cuts, closed, sides, outside, distances, wholes; /* what was looked at */
+    size_t edges;              /* whole surfaces that needed an original edge beside the promise */
+    double tightest, farthest; /* largest distance by its promise, of vertices, of whole surfaces */
+    double coding;             /* distance of the finest mesh's surface from the original one */
+    double edge;               /* longest in the original tets that the surface passes */
 } slices_case;
 
 /* Builds a model of a mesh, which becomes the case's, in the folder of the test. */
-static inline void slices_open(slices_case *c, tl_ctx *ctx, tl_mesh *original, uint64_t seed)
+static inline void slices_build(slices_case *c, tl_ctx *ctx, tl_mesh *original,
+                                const tl_build_opts *opts)
 {
     tl_build_result result;
-    tl_build_opts opts = check_model_opts(2000, 200);
     const char *path = check_model_path("slices");
-    *c = (slices_case){.ctx = ctx, .original = original, .seed = seed};
+    *c = (slices_case){.ctx = ctx, .original = original};
     for (size_t i = tl_mesh_channel_count(original); i-- > 0;) {
         const tl_channel *channel = tl_mesh_channel(original, i);
         if (channel->on == TL_ON_VERTEX && channel->components == 1) c->channel = channel;
     }
     CHECK(c->channel != NULL);
-    CHECK_OK(ctx, tl_model_build_mesh(ctx, original, path, &opts, &result));
+    CHECK_OK(ctx, tl_model_build_mesh(ctx, original, path, opts, &result));
     tl_build_release(ctx, &result);
     CHECK_OK(ctx, tl_store_open(ctx, path, &c->store));
     c->head = tl_store_get_head(c->store);
     while (strcmp(c->head->channels[c->number].name, c->channel->name) != 0) c->number++;
     CHECK(c->head->level_count > 2);
+}
+
+/* One of small segments, for random cuts. */
+static inline void slices_open(slices_case *c, tl_ctx *ctx, tl_mesh *original, uint64_t seed)
+{
+    const tl_build_opts opts = check_model_opts(2000, 200);
+    slices_build(c, ctx, original, &opts);
+    c->seed = seed;
 }
 
 static inline void slices_close(slices_case *c)
@@ -242,6 +253,86 @@ static inline void slices_space(slices_case *c, const tl_mesh *mesh, const tl_lo
     }
 }
 
+/* How far the corners and centroids of the triangles of one surface are from another one. */
+static inline double slices_far(tl_ctx *ctx, const tl_polydata *from, const tl_polydata *to)
+{
+    tli_surface surface;
+    double farthest2 = 0;
+    CHECK_OK(ctx, tli_surface_create(ctx, to->xyz, to->vert_count, to->corners, to->cell_count,
+                                     &surface));
+    for (size_t t = 0; t < from->cell_count; t++) {
+        double at[4][3] = {{0}};
+        tl_lidx hint = TL_NONE;
+        for (size_t i = 0; i < 3; i++)
+            for (size_t k = 0; k < 3; k++) {
+                at[i][k] = from->xyz[3 * (size_t)from->corners[3 * t + i] + k];
+                at[3][k] += at[i][k] / 3;
+            }
+        for (size_t i = 0; i < 4; i++)
+            farthest2 = fmax(farthest2, tli_surface_nearest(&surface, at[i], hint, &hint));
+    }
+    tli_surface_release(&surface);
+    return sqrt(farthest2);
+}
+
+/* The surface of the original lies within the promise of that of a cut, and seldom an edge more,
+ * give or take what coding does to that of the finest mesh. */
+static inline void slices_whole(slices_case *c, const tl_mesh *mesh, double value, double promise)
+{
+    tl_polydata *from = slices_of_mesh(c, c->original, value);
+    tl_polydata *to = slices_of_mesh(c, mesh, value);
+    const double farthest = slices_far(c->ctx, from, to) - c->coding;
+    CHECK(farthest <= promise + c->edge);
+    c->edges += farthest > promise;
+    if (isfinite(promise) && promise > 0) {
+        c->farthest = fmax(c->farthest, farthest / promise);
+        c->wholes++;
+    }
+    tl_polydata_destroy(c->ctx, to);
+    tl_polydata_destroy(c->ctx, from);
+}
+
+static inline double slices_edge(const slices_case *c, double value)
+{
+    double longest2 = 0;
+    const double *xyz = tl_mesh_xyz(c->original), *values = c->channel->values;
+    for (size_t t = 0; t < tl_mesh_tet_count(c->original); t++) {
+        const tl_lidx *q = tl_mesh_tets(c->original) + 4 * t;
+        bool below = false, above = false;
+        double longest_here2 = 0;
+        for (int i = 0; i < 16; i++) {
+            double d2 = 0;
+            for (size_t k = 0; k < 3; k++) {
+                double d = xyz[3 * (size_t)q[i / 4] + k] - xyz[3 * (size_t)q[i % 4] + k];
+                d2 += d * d;
+            }
+            longest_here2 = fmax(longest_here2, d2);
+            below |= values[q[i % 4]] <= value;
+            above |= values[q[i % 4]] >= value;
+        }
+        if (below && above) longest2 = fmax(longest2, longest_here2);
+    }
+    return sqrt(longest2);
+}
+
+/* What coding does to the surface of a value: of the finest mesh. */
+static inline double slices_coding(const slices_case *c, tl_cut *cut, double value)
+{
+    const size_t channel = c->number;
+    tl_cut_query query = tl_cut_query_defaults();
+    tl_mesh *finest = NULL;
+    query.level = 0;
+    CHECK_OK(c->ctx, tl_cut_update(cut, &query));
+    CHECK_OK(c->ctx, tl_cut_mesh(cut, &channel, 1, &finest));
+    tl_polydata *from = slices_of_mesh(c, c->original, value);
+    tl_polydata *to = slices_of_mesh(c, finest, value);
+    const double far = slices_far(c->ctx, from, to);
+    tl_polydata_destroy(c->ctx, to);
+    tl_polydata_destroy(c->ctx, from);
+    tl_mesh_destroy(finest);
+    return far;
+}
+
 /* ---- random cuts ---- */
 
 static inline tl_slices *slices_create(const slices_case *c, tl_ctx *ctx, const double *values,
@@ -287,9 +378,11 @@ static inline void slices_of_cut(slices_case *c, tl_slices *slices, tl_cut *cut,
     c->closed += closed;
     CHECK_OK(c->ctx, tl_locator_create(c->ctx, mesh, NULL, &locator));
     slices_sides(c, mesh, locator, value, promise);
-    if (!has_view) /* which promises what is in view alone */
-        slices_space(c, mesh, locator, value,
-                     tl_cut_get_state(cut).space_error + 2 * c->head->position_error);
+    if (!has_view) { /* which promises what is in view alone */
+        double space = tl_cut_get_state(cut).space_error + 2 * c->head->position_error;
+        slices_space(c, mesh, locator, value, space);
+        slices_whole(c, mesh, value, space);
+    }
     tl_locator_destroy(locator);
     tl_polydata_destroy(c->ctx, plain);
     tl_polydata_destroy(c->ctx, fresh);
@@ -326,6 +419,8 @@ static inline void slices_check(slices_case *c, size_t cuts, double part)
     const double gap = slices_gap(c, value);
     opacity[c->number * (size_t)TL_BINS + tl_bin_of(range, value)] = 1;
     CHECK_OK(c->ctx, tl_cut_create(c->ctx, c->store, &cut));
+    c->coding = slices_coding(c, cut, value);
+    c->edge = slices_edge(c, value);
     for (size_t i = 0; i < cuts; i++) {
         tl_camera camera;
         double box[6];
@@ -341,9 +436,11 @@ static inline void slices_check(slices_case *c, size_t cuts, double part)
 static inline void slices_say(const slices_case *c)
 {
     printf("%zu cuts, %zu closed: %zu vertices on their side, %zu of them outside; %zu distances, "
-           "at most %.3f of "
-           "the promise ok\n",
-           c->cuts, c->closed, c->sides, c->outside, c->distances, c->tightest);
+           "at most %.3f of the promise; %zu whole surfaces, %zu farther than it, at most %.3f of "
+           "it ok\n",
+           c->cuts, c->closed, c->sides, c->outside, c->distances, c->tightest, c->wholes, c->edges,
+           c->farthest);
+    CHECK(30 * c->edges <= c->wholes);
 }
 
 #endif

@@ -147,6 +147,22 @@ static double to_cells(const level *l, int i, size_t t, double value, const doub
     return best;
 }
 
+/* Least and largest value or norm in the tets around each vertex: stars [vert_count]. */
+static void find_stars(const tl_mesh *mesh, const field *f, double (*stars)[2])
+{
+    const double *values = channel_named(mesh, f->name)->values;
+    for (size_t v = 0; v < tl_mesh_vert_count(mesh); v++)
+        stars[v][0] = stars[v][1] = norm(values + v * f->components, f->components);
+    for (size_t t = 0; t < tl_mesh_tet_count(mesh); t++) {
+        const tl_lidx *q = tl_mesh_tets(mesh) + 4 * t;
+        for (int i = 0; i < 16; i++) {
+            double value = norm(values + q[i % 4] * (size_t)f->components, f->components);
+            stars[q[i / 4]][0] = fmin(stars[q[i / 4]][0], value);
+            stars[q[i / 4]][1] = fmax(stars[q[i / 4]][1], value);
+        }
+    }
+}
+
 /* The error at a place, and the value or norm there; false where no tet holds it or several may. */
 static bool error_at(const level *l, int i, const double x[3], const double *original,
                      double *error, double *after)
@@ -238,6 +254,8 @@ static void check_field(tl_ctx *ctx, const tl_mesh *original, const tl_store *st
     const double *values = channel_named(original, f->name)->values;
     double far = 0, said = 0;
     size_t finite = 0, field_checks = 0, n = element_count(original, f);
+    double(*stars)[2] = calloc(n, sizeof *stars);
+    if (f->on == TL_ON_VERTEX) find_stars(original, f, stars);
     for (size_t e = 0; e < n; e++) {
         const double *own = values + e * f->components;
         double x[3], error, after, before = norm(own, f->components), d = (double)INFINITY;
@@ -253,6 +271,12 @@ static void check_field(tl_ctx *ctx, const tl_mesh *original, const tl_store *st
             far = fmax(far, d);
             said = fmax(said, p.space[b]);
         }
+        for (uint32_t k = tl_bin_of(range, stars[e][0]);
+             f->on == TL_ON_VERTEX && isfinite(p.space[b]) && k <= tl_bin_of(range, stars[e][1]);
+             k++)
+            if (!(d <= p.space[k] + 1e-12))
+                fail_msg("%s, vertex %zu: %g away, %g promised in bin %u beside", f->name, e, d,
+                         p.space[k], k);
         if (!error_at(l, i, x, own, &error, &after)) continue;
         field_checks++;
         uint32_t other = tl_bin_of(range, after);
@@ -261,6 +285,7 @@ static void check_field(tl_ctx *ctx, const tl_mesh *original, const tl_store *st
                 fail_msg("%s, element %zu: off by %g, %g promised in bin %u", f->name, e, error,
                          p.field[k], k);
     }
+    free(stars);
     printf("level %u, %s: %zu of %zu values promised, ", number, f->name, finite, n);
     CHECK_BOUND("in space", far, said);
     CHECK(far > 0);

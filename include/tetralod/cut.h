@@ -39,7 +39,7 @@ typedef struct tl_cut_bounds {
                                NULL: any. borrowed during a call */
     double boundary;        /* distance of the boundary, mesh units */
     double space;      /* distance of an isosurface from its place, mesh units, of the values that
-                          are visible */
+                          are visible; tl_cut_state says what is promised */
     double classified; /* sum over the bins of all channels of field error, as a fraction of the
                           channel's range, times opacity (Sondershaus 2007, 6.3.4) */
 } tl_cut_bounds;
@@ -82,7 +82,12 @@ typedef struct tl_cut_state {
     double boundary_error; /* mesh units */
     double space_error;    /* how far isosurfaces of the visible values of the last query are from
                               their places, mesh units; of what is in view where it had a camera.
-                              Without what coding adds */
+                              Without what coding adds. Measured at the corners of all original tets
+                              that an isosurface passes: each has its own value that near in the
+                              mesh. So an original isosurface has the one of the mesh that near, or
+                              within an original edge more, which is hardly ever needed
+                              (docs/notes/2026-11-22-space.md). The mesh may have more of it where
+                              the value is that of an extremum within the field error */
     double pixels;         /* with a camera: the larger one of both, in pixels of its picture */
 } tl_cut_state;
 

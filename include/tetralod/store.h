@@ -62,7 +62,9 @@ typedef struct tl_segment_info {
     const double *max_error; /* [channel_count] in the channel's unit; saturated */
     const float *field_bins; /* [channel_count][TL_BINS] the same by bin of the value; saturated */
     const float *space_bins; /* [channel_count][TL_BINS] mesh units; saturated: how far from an
-                                original vertex (centroid) with a value in the bin the mesh has it.
+                                original vertex (centroid) the mesh has its value; in the bins of
+                                all values in the original tets around it, and of these moved by the
+                                error at the vertex (of a centroid: in that of its own value).
                                 Of vectors and tensors the norm, joined linearly between vertices;
                                 of channels on tets inside of a tet, or at a face between a smaller
                                 and a larger one, where a threshold passes */

@@ -49,6 +49,7 @@ typedef struct tli_plan {
     size_t field_count;
     size_t vert_comps, tet_comps;               /* of all channels on vertices, on tets */
     size_t source_vert_comps, source_tet_comps; /* of the input */
+    size_t vert_fields;                         /* channels on vertices */
     bool float32_places;                        /* of the input, all of them */
     size_t quadric_floats;                      /* of the channels that steer */
     bool has_regions;
@@ -63,14 +64,20 @@ typedef struct tli_plan {
     uint64_t bin_bytes; /* of memory for a part of what is sorted in files */
 } tli_plan;
 
-/* A record of a carried original vertex or centroid: doubles x y z, [volume,] values ..., and the
- * tet of its patch that holds it in the last one's bits. Of a piece of the original boundary: three
- * corners, and one that says nothing. */
+/* Least and largest value (norm) in the tets around an original vertex, rounded outwards. */
+typedef struct tli_star {
+    float low, high;
+} tli_star;
+_Static_assert(sizeof(tli_star) == sizeof(double), "a star takes the room of a double");
+
+/* A record of a carried original vertex or centroid: doubles x y z, [volume,] values ..., of a
+ * vertex the stars of its channels, and the tet of its patch that holds it in the last one's bits.
+ * Of a piece of the original boundary: three corners, and one that says nothing. */
 enum { TLI_POINTS = 0, TLI_CELLS = 1, TLI_FACES = 2, TLI_KINDS = 3, TLI_FACE_DOUBLES = 10 };
 static inline size_t tli_record_doubles(const tli_plan *plan, int kind)
 {
     if (kind == TLI_FACES) return TLI_FACE_DOUBLES;
-    return kind == TLI_POINTS ? 4 + plan->vert_comps : 5 + plan->tet_comps;
+    return kind == TLI_POINTS ? 4 + plan->vert_comps + plan->vert_fields : 5 + plan->tet_comps;
 }
 
 /* The mesh of a patch while it is being built; arrays are parts of one block. */
@@ -368,9 +375,10 @@ static inline unsigned tli_field_bin(const tli_field *field, double value)
 }
 
 /* ---- model_records.c: streams of records ---- */
-/* Fills the record of a vertex of a segment, or of a tet's centroid, all but its last number. */
+/* Fills the record of a vertex of a segment, or of a tet's centroid, all but its last number. stars
+ * [vert_count][vert_fields] for vertices. */
 void tli_record_fill(const tli_plan *plan, const tl_segment *segment, int kind, size_t element,
-                     double *record);
+                     const tli_star *stars, double *record);
 /* Records of one input that lie behind each other, and what is found of them. */
 typedef struct tli_record_window {
     uint32_t input;

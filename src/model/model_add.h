@@ -23,7 +23,7 @@ typedef struct tli_adder {
     double *radii;       /* [segment_count] of the model: of the spheres, as needed now */
 } tli_adder;
 
-/* An original vertex of a vertex of a patch; the new values follow. */
+/* An original vertex of a vertex of a patch; the new values follow, then their stars. */
 typedef struct tli_match {
     uint32_t local, carries; /* carries: it is measured by way of this patch */
     double xyz[3];
@@ -31,7 +31,7 @@ typedef struct tli_match {
 } tli_match;
 static inline size_t tli_match_bytes(const tli_plan *plan)
 {
-    return sizeof(tli_match) + plan->vert_comps * sizeof(double);
+    return sizeof(tli_match) + (plan->vert_comps + plan->vert_fields) * sizeof(double);
 }
 
 /* Those of a patch. */

@@ -101,7 +101,7 @@ static tl_status deal_originals(joiner *j)
             original *to = tli_outbox_next(&out, tli_bin_of(key), &st);
             if (!to) break;
             to->corners = key;
-            tli_record_fill(j->a->plan, &s, TLI_CELLS, t, to->record);
+            tli_record_fill(j->a->plan, &s, TLI_CELLS, t, NULL, to->record);
         }
         tl_segment_release(j->ctx, &s);
     }

@@ -178,7 +178,7 @@ static tl_status carry_point(job *j, tli_carrier *carrier, const tli_match *m, d
     tl_lidx tet;
     if (!m->carries) return TL_OK;
     memcpy(record, m->xyz, sizeof m->xyz);
-    memcpy(record + 3, m->values, j->plan->vert_comps * sizeof *record);
+    memcpy(record + 3, m->values, tli_match_bytes(j->plan) - sizeof *m);
     tl_status st = tli_carrier_locate(carrier, record, j->tet_of[m->local], &tet, w, &distance);
     if (st) return st;
     tli_carrier_measure(carrier, TLI_POINTS, record, tet, w, distance,

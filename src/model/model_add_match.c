@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "model/model_add_bins.h"
+#include "model/model_stars.h"
 #include "store/store_format.h"
 
 enum {
@@ -22,7 +23,7 @@ typedef struct vertex {
     uint8_t twin, shared;
 } vertex;
 
-/* An original, as tli_record_fill has it: where it is, its values. */
+/* An original, as tli_record_fill has it: where it is, its values, their stars. */
 typedef struct original {
     uint64_t place, id;
     double record[];
@@ -107,7 +108,8 @@ static void round_place(const joiner *j, const double *xyz, int step, int64_t pl
     tl_lattice_nearest(&j->a->head->lattice, at, place);
 }
 
-static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, tli_outbox *out)
+static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, const tli_star *stars,
+                               tli_outbox *out)
 {
     tl_status st = TL_OK;
     uint64_t before[STEPS_MAX];
@@ -122,7 +124,7 @@ static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, tli_out
         if (!to) break;
         to->place = before[i];
         to->id = s->vert_ids[v];
-        tli_record_fill(j->a->plan, s, TLI_POINTS, v, to->record);
+        tli_record_fill(j->a->plan, s, TLI_POINTS, v, stars, to->record);
     }
     return st;
 }
@@ -130,15 +132,22 @@ static tl_status deal_original(joiner *j, const tl_segment *s, size_t v, tli_out
 static tl_status deal_originals(joiner *j)
 {
     tli_outbox out;
+    tli_stars all;
     tl_status st = tli_outbox_open(j->ctx, &j->originals, &out);
+    tl_status opened = tli_stars_open(j->ctx, j->a->plan, j->a->segments, &all);
+    if (!st) st = opened;
     for (uint32_t i = 0; !st && i < tl_segments_count(j->a->segments); i++) {
         tl_segment s;
+        tli_star *stars = NULL;
         st = tl_segments_load(j->ctx, j->a->segments, i, &s);
         if (st) break;
+        st = tli_stars_create(j->ctx, &all, &s, &stars);
         for (size_t v = 0; !st && v < s.vert_count; v++)
-            if (!(s.links[v] & TL_LINK_COPY)) st = deal_original(j, &s, v, &out);
+            if (!(s.links[v] & TL_LINK_COPY)) st = deal_original(j, &s, v, stars, &out);
+        tl_mem_free(j->ctx, stars);
         tl_segment_release(j->ctx, &s);
     }
+    tli_stars_close(&all);
     return tli_outbox_close(&out, st);
 }
 
@@ -191,7 +200,7 @@ static tl_status join_place(joiner *j, const tli_sorted_bin *o, size_t first, si
             j->carried += to->carries;
             *byte |= bit;
             memcpy(to->xyz, from->record, sizeof to->xyz);
-            memcpy(to->values, from->record + 3, j->a->plan->vert_comps * sizeof(double));
+            memcpy(to->values, from->record + 3, tli_match_bytes(j->a->plan) - sizeof *to);
         }
     }
     return st;
@@ -280,7 +289,8 @@ tl_status tli_adder_match(tli_adder *a)
 {
     joiner j = {.a = a,
                 .ctx = a->ctx,
-                .original_bytes = sizeof(original) + (3 + a->plan->vert_comps) * sizeof(double)};
+                .original_bytes = sizeof(original) +
+                                  sizeof(double) * (tli_record_doubles(a->plan, TLI_POINTS) - 1)};
     tl_status st = TL_OK;
     unsigned shift;
     const char *folder = a->plan->opts.folder;

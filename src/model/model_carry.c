@@ -191,15 +191,52 @@ static double scalar_at(const tl_channel *ch, const tl_lidx *q, const double w[4
     return sum;
 }
 
-/* before: the value or norm of the original at x; error: what it is above that of the mesh. */
-static void measure_space(tli_carrier *c, size_t field, const double *x, double before,
+/* An original's own value, and those whose isosurfaces pass by it, in the original or the mesh. */
+typedef struct values {
+    double own, low, high;
+} values;
+
+/* Distance to the own value. Where the mesh has lost that, its bin is, and those towards the value
+ * at x, up to one the mesh has. */
+static double seek_value(const tli_carrier *c, size_t field, const double *x, double own,
+                         double error, tl_lidx tet, double offset, double enough)
+{
+    const tli_field *f = &c->plan->fields[field];
+    const double here = own - error, width = (f->range[1] - f->range[0]) / TLI_BINS;
+    const unsigned last = tli_field_bin(f, isfinite(here) ? here : own);
+    double value = own;
+    for (unsigned bin = tli_field_bin(f, own);; bin += error > 0 ? -1u : 1u) {
+        double far = tli_space_distance(c, field, x, tet, value, value - here, offset, enough);
+        if (isfinite(far)) return far;
+        c->errors->space[field * TLI_BINS + bin] = INFINITY;
+        if (bin == last) return offset;
+        value = f->range[0] + width * (error > 0 ? bin : bin + 1);
+    }
+}
+
+/* error: what the original at x is above the mesh. */
+static void measure_space(const tli_carrier *c, size_t field, const double *x, const values *v,
                           double error, tl_lidx tet, double offset)
 {
     const tli_field *f = &c->plan->fields[field];
-    float *bin = &c->errors->space[field * TLI_BINS + tli_field_bin(f, before)];
-    if (*bin == INFINITY || (error == 0 && offset <= (double)*bin)) return;
-    float up = round_up(tli_space_distance(c, field, x, tet, before, error, offset, (double)*bin));
-    if (up > *bin) *bin = up;
+    float *bins = c->errors->space + field * TLI_BINS, least = INFINITY;
+    const unsigned first = tli_field_bin(f, v->low), last = tli_field_bin(f, v->high);
+    for (unsigned i = first; i <= last; i++)
+        if (bins[i] < least) least = bins[i];
+    if (least == INFINITY || (error == 0 && offset <= (double)least)) return;
+    float up = round_up(seek_value(c, field, x, v->own, error, tet, offset, (double)least));
+    for (unsigned i = first; i <= last; i++)
+        if (up > bins[i]) bins[i] = up;
+}
+
+/* By the star of a vertex, in the original and moved by the error, as it is in the mesh. */
+static void widen(values *v, const double *stars, size_t number, double error)
+{
+    tli_star star;
+    memcpy(&star, stars + number, sizeof star);
+    if (!isfinite(error)) error = 0;
+    v->low = fmin((double)star.low, (double)star.low - error);
+    v->high = fmax((double)star.high, (double)star.high - error);
 }
 
 void tli_carrier_measure(tli_carrier *c, int kind, const double *record, tl_lidx tet,
@@ -208,11 +245,13 @@ void tli_carrier_measure(tli_carrier *c, int kind, const double *record, tl_lidx
     const tl_lidx *q = c->mesh->tets + 4 * (size_t)tet;
     const double *originals = record + (kind == TLI_CELLS ? 4 : 3);
     tl_on on = kind == TLI_CELLS ? TL_ON_TET : TL_ON_VERTEX;
+    size_t at = 0;
     if (kind == TLI_POINTS && distance > c->errors->surface) c->errors->surface = distance;
     for (size_t i = 0; i < c->plan->field_count; i++) {
         const tli_field *f = &c->plan->fields[i];
         const tl_channel *ch = &c->mesh->channels[i];
         if (f->on != on) continue;
+        const size_t number = at++;
         double sum = 0, before2 = 0, after2 = 0, difference = 0;
         const double *original = originals + f->first;
         for (uint32_t k = 0; k < f->components; k++) {
@@ -232,7 +271,9 @@ void tli_carrier_measure(tli_carrier *c, int kind, const double *record, tl_lidx
         double before = scalar ? original[0] : sqrt(before2);
         double after = scalar ? original[0] - difference : sqrt(after2);
         if (error != 0) count_error(c->errors, f, i, before, after, error);
+        values v = {before, before, before};
         if (!scalar) difference = before - (on == TL_ON_TET ? after : scalar_at(ch, q, w));
-        measure_space(c, i, record, before, difference, tet, distance);
+        if (on == TL_ON_VERTEX) widen(&v, record + 3 + c->plan->vert_comps, number, difference);
+        measure_space(c, i, record, &v, difference, tet, distance);
     }
 }

@@ -61,7 +61,8 @@ typedef struct job {
     tl_segment segment;
     tl_mesh *mesh;
     tl_lidx *opposite, *tet_of, *tet_local;
-    uint8_t *outer; /* [tet_count] bit f: face f is boundary of the whole */
+    tli_star *stars; /* [vert_count][vert_fields] */
+    uint8_t *outer;  /* [tet_count] bit f: face f is boundary of the whole */
     uint32_t *part;
     tli_product *product;
     uint64_t *carried; /* [TLI_KINDS] */
@@ -174,7 +175,7 @@ static tl_status carry(job *j, int kind)
         tl_lidx tet = is_point ? j->tet_of[i] : (tl_lidx)i;
         if (is_point && (s->links[i] & TL_LINK_COPY)) continue;
         if (tet == TL_NONE) continue;
-        tli_record_fill(j->plan, s, kind, i, record);
+        tli_record_fill(j->plan, s, kind, i, j->stars, record);
         if (!isfinite(record[0] + record[1] + record[2])) continue;
         st = tli_carrier_locate(&carrier, record, tet, &tet, w, &distance);
         if (st) break;
@@ -240,9 +241,10 @@ static tl_status process(tl_ctx *ctx, tli_finest *f, uint32_t segment, tli_produ
     for (size_t v = 0; !st && v < j.segment.vert_count; v++) j.tet_of[v] = TL_NONE;
     for (size_t i = 0; !st && i < 4 * (size_t)j.segment.tet_count; i++)
         j.tet_of[j.segment.tets[i]] = (tl_lidx)(i / 4);
+    if (!st) st = tli_stars_create(ctx, &f->stars, &j.segment, &j.stars);
     for (int kind = 0; !st && kind <= TLI_CELLS; kind++) st = carry(&j, kind);
     if (!st) st = carry_boundary(&j);
-    void *blocks[] = {j.part, j.tet_local, j.tet_of, j.opposite, j.outer};
+    void *blocks[] = {j.stars, j.part, j.tet_local, j.tet_of, j.opposite, j.outer};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
     tl_mesh_destroy(j.mesh);
     tl_segment_release(ctx, &j.segment);
@@ -293,6 +295,7 @@ tl_status tli_model_begin(tli_model *model, tli_plan *plan, const tl_segments *s
     size_t count = tl_segments_count(segments);
     all_job all = {.finest = &f};
     tl_status st = tli_finest_agree(&f, plan);
+    if (!st) st = tli_stars_open(model->ctx, plan, segments, &f.stars);
     all.products = tl_mem_zalloc(model->ctx, count, sizeof *all.products, &st);
     all.carried = tl_mem_zalloc(model->ctx, count, sizeof *all.carried, &st);
     if (!st) st = tli_turns(model->ctx, "finest", count, plan->at_once, process_range, &all);

@@ -5,6 +5,7 @@
 
 #include "base/base_scratch.h"
 #include "model/model.h"
+#include "model/model_stars.h"
 
 /* A byte for each vertex of each segment; of segments that have none but zeros nothing is written.
  */
@@ -20,6 +21,7 @@ typedef struct tli_finest {
     bool as_is;        /* places stay as they are */
     tli_marks finer;   /* how many exponents below the largest step */
     tli_marks twins;
+    tli_stars stars;
 } tli_finest;
 
 /* Chooses lattice and steps so that no tet turns or goes flat, and numbers the vertices that lie at

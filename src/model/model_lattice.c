@@ -276,6 +276,7 @@ tl_status tli_finest_agree(tli_finest *f, tli_plan *plan)
 
 void tli_finest_release(tli_finest *f)
 {
+    tli_stars_close(&f->stars);
     tli_marks_close(f->model->ctx, &f->twins);
     tli_marks_close(f->model->ctx, &f->finer);
 }

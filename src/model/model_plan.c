@@ -130,6 +130,7 @@ static tl_status set_field(tli_plan *p, const tl_segment_channel *c,
     f->key = make_key(p->ctx, c, &st);
     if (st) return st;
     *comps += c->components;
+    p->vert_fields += c->on == TL_ON_VERTEX;
     memcpy(f->range, found->range, sizeof f->range);
     f->width = width_of(found);
     f->bound = codec_bound(&p->opts, f);

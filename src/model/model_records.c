@@ -10,7 +10,7 @@ enum { WINDOW = 512, ROOM = 512, WINDOWS = 8 };
 /* ---- a record ---- */
 
 void tli_record_fill(const tli_plan *plan, const tl_segment *s, int kind, size_t element,
-                     double *record)
+                     const tli_star *stars, double *record)
 {
     const tl_on on = kind == TLI_POINTS ? TL_ON_VERTEX : TL_ON_TET;
     const double *row = on == TL_ON_VERTEX ? s->values + element * plan->source_vert_comps
@@ -32,6 +32,9 @@ void tli_record_fill(const tli_plan *plan, const tl_segment *s, int kind, size_t
             memcpy(values + field->first, row + field->source_first,
                    field->components * sizeof *values);
     }
+    if (on == TL_ON_VERTEX)
+        memcpy(values + plan->vert_comps, stars + element * plan->vert_fields,
+               plan->vert_fields * sizeof *stars);
 }
 
 /* ---- reading ---- */

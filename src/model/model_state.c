@@ -4,7 +4,7 @@
 
 #include <stdio.h>
 
-#define MAGIC 0x3130454154534c54u /* "TLSTAE01" where bytes are little-endian */
+#define MAGIC 0x3230454154534c54u /* "TLSTAE02" where bytes are little-endian */
 
 /* What stands first. */
 typedef struct state_head {
