@@ -267,11 +267,85 @@ static void failing_memory(void **state)
     tl_ctx_destroy(ctx);
 }
 
+static void same_joined(tl_ctx *ctx, const tl_slices *slices, const tl_polydata *expected)
+{
+    tl_polydata *p = NULL;
+    CHECK_OK(ctx, tl_slices_join(slices, &p));
+    slices_same(p, expected);
+    tl_polydata_destroy(ctx, p);
+}
+
+/* An update that fails for lack of memory, at any place, leaves what was there, and what comes
+ * after it: the same patches, half of them, others. */
+static void failed_update_changes_nothing(void **state)
+{
+    (void)state;
+    slices_case c;
+    fail_alloc f;
+    tl_store *store = NULL;
+    tl_cut *cut = NULL;
+    uint32_t *lists[2];
+    size_t counts[2];
+    tl_polydata *expected[2];
+    tl_ctx *ctx = check_ctx_create(1);
+    open_ball(&c, ctx);
+    const double value = 0.3;
+    fail_alloc_open(&f, 2);
+    CHECK_OK(f.ctx, tl_store_open(f.ctx, check_model_path("slices"), &store));
+    CHECK_OK(f.ctx, tl_cut_create(f.ctx, store, &cut));
+    slices_case own = c;
+    own.store = store;
+    for (uint32_t i = 0; i < 2; i++) {
+        const uint32_t *patches = cut_at(cut, 4 - i, &counts[i]);
+        lists[i] = malloc(counts[i] * sizeof *lists[i]);
+        memcpy(lists[i], patches, counts[i] * sizeof *patches);
+        tl_slices *slices = slices_create(&own, f.ctx, &value, 1);
+        CHECK_OK(f.ctx, tl_slices_update(slices, lists[i], counts[i]));
+        CHECK_OK(f.ctx, tl_slices_join(slices, &expected[i]));
+        tl_slices_destroy(slices);
+    }
+    size_t failures = 0;
+    for (tl_status st = TL_ERR_MEMORY; st; failures += st != TL_OK) {
+        tl_slices *slices = slices_create(&own, f.ctx, &value, 1);
+        CHECK_OK(f.ctx, tl_slices_update(slices, lists[0], counts[0]));
+        const tl_slices_state before = tl_slices_get_state(slices);
+        f.alloc.fail_at = f.alloc.requests + failures + 1;
+        st = tl_slices_update(slices, lists[1], counts[1]);
+        f.alloc.fail_at = 0;
+        if (st) {
+            const tl_slices_state after = tl_slices_get_state(slices);
+            CHECK_STATUS(st, TL_ERR_MEMORY);
+            CHECK(!memcmp(&before, &after, sizeof after));
+            same_joined(f.ctx, slices, expected[0]);
+            CHECK_OK(f.ctx, tl_slices_update(slices, lists[0], counts[0] / 2));
+            CHECK_OK(f.ctx, tl_slices_update(slices, lists[0], counts[0]));
+            same_joined(f.ctx, slices, expected[0]);
+            CHECK_OK(f.ctx, tl_slices_update(slices, lists[1], counts[1]));
+        }
+        same_joined(f.ctx, slices, expected[1]);
+        tl_slices_destroy(slices);
+    }
+    printf("%zu failures, %zu and %zu patches\n", failures, counts[0], counts[1]);
+    CHECK(failures > 50);
+    for (int i = 0; i < 2; i++) {
+        tl_polydata_destroy(f.ctx, expected[i]);
+        free(lists[i]);
+    }
+    tl_cut_destroy(cut);
+    tl_store_close(store);
+    fail_alloc_close(&f);
+    slices_close(&c);
+    tl_ctx_destroy(ctx);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_cuts),         cmocka_unit_test(decodes_what_changed),
-        cmocka_unit_test(normals_of_the_mesh), cmocka_unit_test(planes_and_threads),
-        cmocka_unit_test(wrong_options),       cmocka_unit_test(failing_memory)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(random_cuts),
+                                       cmocka_unit_test(decodes_what_changed),
+                                       cmocka_unit_test(normals_of_the_mesh),
+                                       cmocka_unit_test(planes_and_threads),
+                                       cmocka_unit_test(wrong_options),
+                                       cmocka_unit_test(failing_memory),
+                                       cmocka_unit_test(failed_update_changes_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

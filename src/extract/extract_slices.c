@@ -251,10 +251,11 @@ static void exchange(tl_slices *s, coming *c, tli_slices_part **parts)
     s->is_stale = false;
 }
 
-/* Sums of the vertices that patches which came or went share. */
+/* Sums of the vertices that patches which came or went share. Numbers that an update took before it
+ * failed may lie beyond the room: nobody has them. */
 static void sum_touched(tl_slices *s)
 {
-    for (size_t k = 0; k < s->keys.count; k++)
+    for (size_t k = 0; k < s->key_room; k++)
         if (s->touched[k]) s->sums[k] = (tli_slope){0};
     for (size_t i = 0; i < s->part_count; i++) {
         tli_slices_part *part = s->parts[i];
@@ -315,7 +316,7 @@ tl_status tl_slices_update(tl_slices *s, const uint32_t *patches, size_t patch_c
         tl_mem_free(s->ctx, parts);
         tl_note(s->ctx, st, "while slicing %zu patches", patch_count);
     } else {
-        exchange(s, &c, parts);
+        exchange(s, &c, parts); /* from here on nothing fails */
         sum_touched(s);
         count_up(s, &c, patch_count);
         if (s->job.opts.normals) st = tli_parallel(s->ctx, s->part_count, 1, turn_normals, s);
