@@ -148,13 +148,19 @@ typedef struct tl_boundary_opts {
                       so vertices */
     bool regions;  /* default true: of a mesh with regions those of the tets, as the channel
                       "region"; vertices are divided where they meet */
+    bool interfaces; /* default false: also the faces between two regions, each once, behind those
+                        of the boundary; "region" is then the smaller one of both, to which the back
+                        sides look, and "region behind" the other one, NaN on the boundary */
+    bool boundary;   /* default true; false: leaves the faces of the boundary out */
 } tl_boundary_opts;
 TL_API tl_boundary_opts tl_boundary_opts_defaults(void);
 
-/* The triangles of tl_mesh_boundary, in their order, with channels; front sides and normals look
- * out of positive tets. A vertex is shared by the triangles around it that edges of two triangles
- * join. opposite of tl_mesh_adjacency, borrowed, or NULL. opts may be NULL. Gives *triangles.
- * TL_ERR_ARG for options out of range. */
+/* The triangles of tl_mesh_boundary, in their order, with channels, and of interfaces, by tet and
+ * face, those of the tet of the smaller region; front sides and normals look out of that (positive)
+ * tet. All triangles of one region, on either side, close wherever its tets fill it. A vertex is
+ * shared by the triangles around it that edges of two triangles join. opposite of
+ * tl_mesh_adjacency, borrowed, or NULL. opts may be NULL. Gives *triangles. TL_ERR_ARG for options
+ * out of range. */
 TL_API tl_status tl_boundary_surface(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
                                      const tl_boundary_opts *opts, tl_polydata **triangles);
 
@@ -349,6 +355,9 @@ typedef struct tl_stream_opts {
     const size_t *channels; /* [channel_count] channels of the mesh, on vertices, that are carried
                                along; default none. borrowed */
     size_t channel_count;
+    bool normals; /* for ribbons (TL_LINE_RIBBON): across each line, turning about it as the flow
+                     does, by half of the vorticity along it; the first one is the z axis as far as
+                     that lies across. default false */
 } tl_stream_opts;
 TL_API tl_stream_opts tl_stream_opts_defaults(void);
 

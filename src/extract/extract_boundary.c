@@ -1,7 +1,7 @@
-/* The boundary of a mesh as a surface to be drawn. Corners of triangles begin as vertices of their
- * own and are joined over edges: over smooth ones for normals, and where nothing that stands on
- * tets differs for vertices. Parts of the surface that meet in a vertex or in an edge of four
- * triangles alone stay apart by that. */
+/* The boundary of a mesh, and the interfaces between its regions, as a surface to be drawn. Corners
+ * of triangles begin as vertices of their own and are joined over edges: over smooth ones for
+ * normals, and where nothing that stands on tets differs for vertices. Parts of the surface that
+ * meet in a vertex or in an edge of four triangles alone stay apart by that. */
 #include <math.h>
 #include <string.h>
 
@@ -19,9 +19,10 @@ typedef struct job {
     const tl_mesh *mesh;
     const tl_boundary_opts *opts;
     bool regions, own_corners; /* divide vertices by regions; at every triangle */
+    const tl_lidx *opposite;   /* of interfaces */
     tl_lidx *triangles, *faces;
-    size_t count;         /* of triangles */
-    double (*normals)[3]; /* [count] */
+    size_t outer_count, count; /* of triangles: the boundary's, then those of interfaces */
+    double (*normals)[3];      /* [count] */
     uint64_t *keys;
     uint32_t *sides;
     uint32_t *smooth, *joined; /* [3 * count]: of corners, trees that share normals, and vertices */
@@ -118,9 +119,23 @@ static void join_sides(uint32_t *trees, uint32_t side, uint32_t other)
     join(trees, (uint32_t)tli_next_corner(side), other);
 }
 
-static int32_t region_of(const job *j, size_t triangle)
+static double region_of(const job *j, size_t triangle)
 {
     return j->mesh->regions[j->faces[triangle] / 4];
+}
+
+/* NaN: nothing is behind. */
+static double region_behind(const job *j, size_t triangle)
+{
+    if (triangle < j->outer_count) return (double)NAN;
+    return j->mesh->regions[j->opposite[j->faces[triangle]] / 4];
+}
+
+static bool same_regions(const job *j, size_t a, size_t b)
+{
+    const bool outer = a < j->outer_count;
+    return region_of(j, a) == region_of(j, b) && outer == (b < j->outer_count) &&
+           (outer || region_behind(j, a) == region_behind(j, b));
 }
 
 static void join_corners(const job *j)
@@ -132,7 +147,7 @@ static void join_corners(const job *j)
         if (end != i + 2 || j->triangles[a] == j->triangles[b]) continue;
         if (vec_dot(j->normals[a / 3], j->normals[b / 3]) < least) continue;
         join_sides(j->smooth, a, b);
-        if (j->own_corners || (j->regions && region_of(j, a / 3) != region_of(j, b / 3))) continue;
+        if (j->own_corners || (j->regions && !same_regions(j, a / 3, b / 3))) continue;
         join_sides(j->joined, a, b);
     }
 }
@@ -214,16 +229,54 @@ static tl_status carry_channel(job *j, const tl_channel *channel)
     return st;
 }
 
-static tl_status carry_regions(job *j)
+static tl_status carry_regions(job *j, const char *name, tl_scalar scalar,
+                               double (*region)(const job *j, size_t triangle))
 {
     tl_status st = TL_OK;
     double *values = tl_mem_alloc(j->ctx, j->out->vert_count, sizeof *values, &st);
-    for (size_t v = 0; !st && v < j->out->vert_count; v++)
-        values[v] = region_of(j, j->firsts[v] / 3);
-    tl_channel own = {"region", "", 1, TL_ON_VERTEX, TL_I32, values};
+    for (size_t v = 0; !st && v < j->out->vert_count; v++) values[v] = region(j, j->firsts[v] / 3);
+    tl_channel own = {name, "", 1, TL_ON_VERTEX, scalar, values};
     if (!st) st = tl_polydata_adopt_channel(j->ctx, j->out, &own);
     if (st) tl_mem_free(j->ctx, values);
     return st;
+}
+
+/* ---- faces ---- */
+
+static bool is_interface(const job *j, size_t face)
+{
+    const tl_lidx other = j->opposite[face];
+    return other != TL_NONE && j->mesh->regions[face / 4] < j->mesh->regions[other / 4];
+}
+
+/* Adds the interfaces to what is listed. */
+static tl_status list_interfaces(job *j)
+{
+    tl_status st = TL_OK;
+    size_t count = j->outer_count, faces = 4 * j->mesh->tet_count;
+    for (size_t f = 0; f < faces; f++) count += is_interface(j, f);
+    j->triangles = tl_mem_resize(j->ctx, j->triangles, count, 3 * sizeof *j->triangles, &st);
+    j->faces = tl_mem_resize(j->ctx, j->faces, count, sizeof *j->faces, &st);
+    for (size_t f = 0; !st && f < faces; f++) {
+        if (!is_interface(j, f)) continue;
+        const tl_lidx *q = j->mesh->tets + f / 4 * 4;
+        for (size_t i = 0; i < 3; i++) j->triangles[3 * j->count + i] = q[tli_tet_faces[f % 4][i]];
+        j->faces[j->count++] = (tl_lidx)f;
+    }
+    return st;
+}
+
+static tl_status list_faces(job *j, const tl_lidx *opposite, tl_lidx **own_opposite)
+{
+    tl_status st = TL_OK;
+    const bool inside = j->opts->interfaces && j->mesh->regions;
+    if (inside && !opposite) st = tl_mesh_adjacency(j->ctx, j->mesh, own_opposite, NULL);
+    j->opposite = opposite ? opposite : *own_opposite;
+    if (!st && j->opts->boundary)
+        st = tl_mesh_boundary(j->ctx, j->mesh, j->opposite, &j->triangles, &j->faces,
+                              &j->outer_count);
+    j->count = j->outer_count;
+    return !st && inside ? list_interfaces(j) : st;
 }
 
 /* ---- the surface ---- */
@@ -262,26 +315,33 @@ static tl_status make_verts(job *j)
     if (!st && j->opts->normals) st = set_normals(j);
     for (size_t c = 0; !st && c < j->opts->channel_count; c++)
         st = carry_channel(j, &j->mesh->channels[j->opts->channels[c]]);
-    return !st && j->regions ? carry_regions(j) : st;
+    if (!st && j->regions) st = carry_regions(j, "region", TL_I32, region_of);
+    return !st && j->regions && j->opts->interfaces
+               ? carry_regions(j, "region behind", TL_F64, region_behind)
+               : st;
 }
 
 tl_boundary_opts tl_boundary_opts_defaults(void)
 {
-    return (tl_boundary_opts){
-        .struct_bytes = sizeof(tl_boundary_opts), .normals = true, .crease = 30, .regions = true};
+    return (tl_boundary_opts){.struct_bytes = sizeof(tl_boundary_opts),
+                              .normals = true,
+                              .crease = 30,
+                              .regions = true,
+                              .boundary = true};
 }
 
 tl_status tl_boundary_surface(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
                               const tl_boundary_opts *opts, tl_polydata **triangles)
 {
     tl_boundary_opts own = tl_boundary_opts_defaults();
+    tl_lidx *own_opposite = NULL;
     *triangles = NULL;
     tl_status st = tli_opts_take(ctx, "tl_boundary_opts", opts, &own, sizeof own);
     if (!st) st = take_opts(ctx, mesh, &own);
     if (st) return st;
     job j = {.ctx = ctx, .mesh = mesh, .opts = &own, .regions = own.regions && mesh->regions};
     j.out = tl_mem_zalloc(ctx, 1, sizeof *j.out, &st);
-    if (!st) st = tl_mesh_boundary(ctx, mesh, opposite, &j.triangles, &j.faces, &j.count);
+    if (!st) st = list_faces(&j, opposite, &own_opposite);
     if (!st) {
         j.out->kind = TL_POLY_TRIANGLES;
         j.out->cell_count = j.count;
@@ -294,6 +354,7 @@ tl_status tl_boundary_surface(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *o
     tl_mem_free(ctx, j.sides);
     tl_mem_free(ctx, j.keys);
     tl_mem_free(ctx, j.normals);
+    tl_mem_free(ctx, own_opposite);
     tl_mem_free(ctx, j.faces);
     tl_mem_free(ctx, j.triangles);
     if (st)

@@ -81,6 +81,7 @@ static void complete(tli_stream_job *job)
     job->row_doubles = TLI_ROW_CARRIED;
     for (size_t c = 0; c < o->channel_count; c++)
         job->row_doubles += mesh->channels[o->channels[c]].components;
+    job->row_doubles += o->normals;
 }
 
 tl_status tli_stream_open(tl_ctx *ctx, const tli_stream_field *given, const tl_stream_opts *opts,
@@ -244,6 +245,7 @@ tl_status tli_stream_finish(const tli_stream_job *job, const tli_stream_sum *sum
     for (size_t c = 0; c < sum->line_count && !st; c++) made->starts[c] = sum->starts[c];
     if (!st) made->starts[sum->line_count] = (tl_lidx)sum->count;
     if (!st) st = add_channels(job, sum, made);
+    if (!st && job->opts.normals) st = tli_stream_normals(job, sum, &made->normals);
     if (st)
         tl_polydata_destroy(ctx, made);
     else

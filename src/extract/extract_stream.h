@@ -64,9 +64,10 @@ typedef struct tli_stream_job {
     tl_locator *own_locator;
     double bounds[6]; /* of the mesh */
     double length_max, time_max;
-    double speed_min;   /* vectors' unit */
-    double tolerance;   /* mesh units */
-    size_t row_doubles; /* of a vertex: x, y, z, time, speed, carried values */
+    double speed_min; /* vectors' unit */
+    double tolerance; /* mesh units */
+    size_t
+        row_doubles; /* of a vertex: x, y, z, time, speed, carried values, with normals the spin */
 } tli_stream_job;
 /* Columns of a row. */
 enum { TLI_ROW_TIME = 3, TLI_ROW_SPEED = 4, TLI_ROW_CARRIED = 5 };
@@ -86,6 +87,9 @@ typedef struct tli_stream_line {
 /* Traces the line of a seed; count is below 2 where there is none. Any thread. */
 tl_status tli_stream_trace(const tli_stream_job *job, const double seed[3], tli_stream_line *line);
 
+/* How fast what flows turns about its direction v at a point of a cell: angle by time. */
+double tli_stream_spin(const tli_stream_cell *cell, const double v[3]);
+
 /* Lines that stay, one behind the other. */
 typedef struct tli_stream_sum {
     double *rows;
@@ -101,6 +105,8 @@ tl_status tli_stream_batch(const tli_stream_job *job, const double *seeds, size_
 tl_status tli_stream_keep(const tli_stream_job *job, const tli_stream_line *line,
                           tli_stream_sum *sum);
 void tli_stream_sum_release(const tli_stream_job *job, tli_stream_sum *sum);
+/* Of rows with a spin. Gives *normals [count][3], also after a failure. */
+tl_status tli_stream_normals(const tli_stream_job *job, const tli_stream_sum *sum, float **normals);
 /* The lines with their channels. Gives *lines. */
 tl_status tli_stream_finish(const tli_stream_job *job, const tli_stream_sum *sum,
                             tl_polydata **lines);

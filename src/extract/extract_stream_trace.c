@@ -77,6 +77,7 @@ static tl_status push_row(const tli_stream_job *job, const walker *w, tli_stream
             for (int i = 0; i < 4; i++) *to += w->weights[i] * channel->values[n * q[i] + k];
         }
     }
+    if (job->opts.normals) *to = w->sign * tli_stream_spin(&w->cell, w->v);
     return st;
 }
 
