@@ -151,7 +151,7 @@ typedef struct tl_cut_check_opts {
 } tl_cut_check_opts;
 TL_API tl_cut_check_opts tl_cut_check_opts_defaults(void);
 
-/* Of one channel on vertices, in its unit: promise and measurement of the cut in which they were
+/* Of one channel, in its unit: promise and measurement of the cut in which they were
  * nearest to each other. */
 typedef struct tl_cut_check_channel {
     const char *name; /* borrows from the store */
@@ -176,9 +176,9 @@ typedef struct tl_cut_check_result {
  * % at errors up to 10 % of the ranges. Meshes are measured as wholes, too: no more faces of more
  * than two tets and no more open edges than the finest one has. With the original (may be NULL)
  * also, at every one of its vertices, that a point of the mesh within the promised boundary
- * distance has a value within the promised error, and the distance of the boundaries, by brute
- * force. TL_ERR_DATA names what does not hold. Runs on the pool, reports progress. opts may be
- * NULL. Gives *result, empty on failure. */
+ * distance has a value within the promised error (of channels on tets at the centroids of its
+ * tets), and the distance of the boundaries, by brute force. TL_ERR_DATA names what does not hold.
+ * Runs on the pool, reports progress. opts may be NULL. Gives *result, empty on failure. */
 TL_API tl_status tl_cut_check(tl_ctx *ctx, tl_store *store, const tl_mesh *original,
                               const tl_cut_check_opts *opts, tl_cut_check_result *result);
 TL_API void tl_cut_check_release(tl_ctx *ctx, tl_cut_check_result *result);
