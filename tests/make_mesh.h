@@ -171,6 +171,15 @@ static inline make_mesh make_soup(size_t vert_count, size_t tet_count, uint64_t 
     return m;
 }
 
+/* A soup in which every seventh tet names a vertex twice and a place is no number. */
+static inline make_mesh make_wreck(size_t vert_count, size_t tet_count, uint64_t seed)
+{
+    make_mesh m = make_soup(vert_count, tet_count, seed);
+    for (size_t t = 0; t < m.tet_count; t += 7) m.tets[4 * t + 1] = m.tets[4 * t];
+    m.xyz[30] = (double)NAN;
+    return m;
+}
+
 /* The mesh object, with the field as channel "f" on the vertices if it is not NULL. */
 static inline tl_mesh *make_object(tl_ctx *ctx, const make_mesh *m, make_field field)
 {
