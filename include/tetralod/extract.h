@@ -402,7 +402,7 @@ TL_API tl_status tl_streamlines_cover(tl_ctx *ctx, const tl_mesh *mesh, const tl
  * One thread. */
 TL_API size_t tl_lines_in_box(const tl_polydata *lines, const double bounds[6], uint8_t *selected);
 /* The lines whose mark [cell_count] is not 0 (wanted) or is 0 (else), in their order, with the
- * vertices they use and their channels, without normals. Gives *picked. */
+ * vertices they use, their channels and normals. Gives *picked. */
 TL_API tl_status tl_lines_pick(tl_ctx *ctx, const tl_polydata *lines, const uint8_t *marks,
                                bool wanted, tl_polydata **picked);
 

@@ -66,6 +66,7 @@ typedef enum cli_id {
     CLI_SURFACE,
     CLI_SLICE,
     CLI_BOUNDARY,
+    CLI_INTERFACES,
     CLI_EDGES,
     CLI_SILHOUETTES,
     CLI_POINTS,

@@ -57,7 +57,8 @@ static const cli_option THINGS[] = {
      "some N points on isosurfaces of all values, a cloud; without N 200,000 on ten isosurfaces, "
      "evenly over the range"},
     {CLI_LINES, 0, "lines", CLI_TYPE_TEXT, "CHANNEL[:WORDS]", NULL, 0, 0,
-     "streamlines of vectors; words between commas: tubes, flat, width=PX, halo, arrows, dash "
+     "streamlines of vectors; words between commas: tubes, flat, ribbons, width=PX, halo, arrows, "
+     "dash "
      "(these two move along in frames), opacity=O"},
     {CLI_SEEDS, 0, "seeds", CLI_TYPE_TEXT, "SEEDS", "grid", 0, 0,
      "where lines begin: " CLI_SEEDS_WORDS},
@@ -67,6 +68,8 @@ static const cli_option THINGS[] = {
      "the values on a plane: X,Y,Z,NX,NY,NZ (a point and a normal), or x, y=V, z=P% of the box"},
     {CLI_BOUNDARY, 0, "boundary", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "the boundary of the mesh; as glass where other things lie in it"},
+    {CLI_INTERFACES, 0, "interfaces", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "the surfaces between regions inside"},
     {CLI_EDGES, 0, "edges", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "the sharp edges of the boundary, and those between regions"},
     {CLI_SILHOUETTES, 0, "silhouettes", CLI_TYPE_FLAG, NULL, NULL, 0, 0,

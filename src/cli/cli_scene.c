@@ -403,6 +403,14 @@ static int add_given(cli_scene *scene, cli_id id, tl_node_kind kind)
     return cli_get(scene->session, id)->given ? cli_scene_add(scene, kind, &node) : CLI_DONE;
 }
 
+static int take_interfaces(cli_scene *scene)
+{
+    tl_node node;
+    if (!cli_get(scene->session, CLI_INTERFACES)->given) return CLI_DONE;
+    int failed = cli_scene_add(scene, TL_NODE_BOUNDARY, &node);
+    return failed ? failed : cli_scene_flag(scene, node, "interfaces", true);
+}
+
 /* Things in the order in which they are drawn. */
 static int take_things(cli_scene *scene)
 {
@@ -419,6 +427,7 @@ static int take_things(cli_scene *scene)
         failed = take_surface(scene, surfaces->items[i]);
     if (!failed) failed = take_slices(scene, bounds);
     if (!failed) failed = take_marks(scene);
+    if (!failed) failed = take_interfaces(scene);
     if (!failed) failed = add_given(scene, CLI_BOUNDARY, TL_NODE_BOUNDARY);
     if (!failed) failed = add_given(scene, CLI_EDGES, TL_NODE_EDGES);
     if (!failed && points->given) failed = cli_swarm_points(scene, points->text);
@@ -431,8 +440,9 @@ static int take_things(cli_scene *scene)
  */
 static int complete(cli_scene *scene)
 {
-    static const cli_id OTHERS[] = {CLI_VOLUME, CLI_SURFACE, CLI_SLICE,         CLI_BOUNDARY,
-                                    CLI_POINTS, CLI_LINES,   CLI_COLOR_PATCHES, CLI_COLOR_LEVELS};
+    static const cli_id OTHERS[] = {CLI_VOLUME,   CLI_SURFACE,       CLI_SLICE,
+                                    CLI_BOUNDARY, CLI_INTERFACES,    CLI_POINTS,
+                                    CLI_LINES,    CLI_COLOR_PATCHES, CLI_COLOR_LEVELS};
     tl_node node;
     if (!*scene->color || scene->had_things) return CLI_DONE;
     for (size_t i = 0; i < sizeof OTHERS / sizeof *OTHERS; i++)

@@ -1,5 +1,5 @@
-/* tetralod surface: isosurfaces and plane cuts of a model or a file, as triangles in a file. A
- * model is cut where the surface is and sliced patch by patch, a file as a whole. */
+/* tetralod surface: isosurfaces, plane cuts and faces of regions of a model or a file, as
+ * triangles. A model is cut where the surface is and sliced patch by patch, a file as a whole. */
 #include <math.h>
 #include <string.h>
 
@@ -15,10 +15,14 @@ static const cli_option OPTIONS[] = {
      "be given several times for one channel, which need not be named if there is but one"},
     {CLI_PLANE, 0, "plane", CLI_TYPE_TEXT, "X,Y,Z,NX,NY,NZ", NULL, 0, 0,
      "the cut with the plane through a point, with a normal"},
+    {CLI_INTERFACES, 0, "interfaces", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "the surfaces between regions, each once, with the regions on both sides as channels"},
+    {CLI_BOUNDARY, 0, "boundary", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
+     "the boundary; with --interfaces both, so that the surface of each region is closed"},
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A,B", NULL, 0, 0,
      "carry these channels along; without it all on vertices"},
     {CLI_NO_NORMALS, 0, "no-normals", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
-     "leave out the normals, which are those of the channel's gradient"},
+     "leave out the normals, which are those of the channel's gradient, or of the boundary"},
 };
 static const cli_option SEEN[] = {
     {CLI_VIEW, 0, "view", CLI_TYPE_TEXT, "AZ,EL[,ZOOM]", "30,20,1.2", 0, 0,
@@ -37,7 +41,8 @@ typedef struct request {
     double values[CLI_LIST_MAX];
     size_t value_count;
     double plane[6];
-    uint32_t channel; /* of the values, in the model or mesh; TL_NONE: the plane */
+    bool has_faces;   /* the boundary or interfaces, neither values nor a plane */
+    uint32_t channel; /* of the values, in the model or mesh; TL_NONE: the plane or faces */
     uint32_t *carried;
     size_t carried_count;
     tl_camera camera;
@@ -45,13 +50,21 @@ typedef struct request {
     float *opacity; /* of a model: the values' bins, or NULL */
 } request;
 
+static bool has_faces(const cli_session *session)
+{
+    return cli_get(session, CLI_INTERFACES)->given || cli_get(session, CLI_BOUNDARY)->given;
+}
+
 static int check_words(const cli_session *session)
 {
-    bool value = cli_get(session, CLI_VALUE)->given, plane = cli_get(session, CLI_PLANE)->given;
+    const bool value = cli_get(session, CLI_VALUE)->given;
+    const bool plane = cli_get(session, CLI_PLANE)->given, faces = has_faces(session);
     int failed = cli_polydata_output(session, TL_POLY_TRIANGLES, ".ply, .vtp, .stl, .obj or .glb");
-    if (!failed && value == plane)
-        return cli_misuse(session->args.verb, "say --value CHANNEL=V or --plane X,Y,Z,NX,NY,NZ%s",
-                          value ? ", not both" : "");
+    if (!failed && value + plane + faces != 1)
+        return cli_misuse(session->args.verb,
+                          "say --value CHANNEL=V, --plane X,Y,Z,NX,NY,NZ or --interfaces "
+                          "(--boundary)%s",
+                          value + plane + faces ? ", one of them" : "");
     return failed;
 }
 
@@ -205,8 +218,10 @@ static int set_view(cli_session *session, request *r)
 
 static int take_words(cli_session *session, request *r)
 {
-    int failed =
-        cli_get(session, CLI_PLANE)->given ? set_plane(session, r) : set_values(session, r);
+    int failed = CLI_DONE;
+    if (!r->has_faces)
+        failed =
+            cli_get(session, CLI_PLANE)->given ? set_plane(session, r) : set_values(session, r);
     return failed ? failed : set_carried(session, r);
 }
 
@@ -252,6 +267,22 @@ static tl_status slice_mesh(cli_session *session, const request *r, tl_polydata 
     tl_mem_free(ctx, gradients);
     tl_mem_free(ctx, own);
     tl_mem_free(ctx, carried);
+    return st;
+}
+
+static tl_status take_faces(cli_session *session, const request *r, tl_polydata **surface)
+{
+    tl_status st = TL_OK;
+    tl_boundary_opts opts = tl_boundary_opts_defaults();
+    size_t *carried = tl_mem_alloc(session->ctx, r->carried_count, sizeof *carried, &st);
+    for (size_t i = 0; !st && i < r->carried_count; i++) carried[i] = r->carried[i];
+    opts.channels = carried;
+    opts.channel_count = r->carried_count;
+    opts.normals = !cli_get(session, CLI_NO_NORMALS)->given;
+    opts.interfaces = cli_get(session, CLI_INTERFACES)->given;
+    opts.boundary = cli_get(session, CLI_BOUNDARY)->given;
+    if (!st) st = tl_boundary_surface(session->ctx, r->volume->mesh, NULL, &opts, surface);
+    tl_mem_free(session->ctx, carried);
     return st;
 }
 
@@ -349,9 +380,10 @@ static void print_text(cli_session *session, const request *r, const outcome *o)
     printf("surface     %s triangles, %s vertices, area %s, %s (%s)\n",
            cli_count(o->surface->cell_count).s, cli_count(o->surface->vert_count).s,
            cli_real(o->area).s,
-           !o->surface->cell_count ? "empty: nothing has that value"
-           : o->closed             ? "closed"
-                                   : "with a border",
+           !o->surface->cell_count
+               ? (r->has_faces ? "empty: the mesh has none" : "empty: nothing has that value")
+           : o->closed ? "closed"
+                       : "with a border",
            cli_seconds(o->slice_seconds).s);
     if (r->by_patch)
         printf("            %s tets in %s patches decoded, %s patches passed over\n",
@@ -368,7 +400,9 @@ static void print_text(cli_session *session, const request *r, const outcome *o)
 static tl_status make_surface(cli_session *session, request *r, outcome *o)
 {
     double start = cli_now();
-    tl_status st = r->by_patch ? slice_model(session, r, o) : slice_mesh(session, r, &o->surface);
+    tl_status st = r->by_patch    ? slice_model(session, r, o)
+                   : r->has_faces ? take_faces(session, r, &o->surface)
+                                  : slice_mesh(session, r, &o->surface);
     o->slice_seconds = cli_now() - start;
     if (!st && r->by_patch && r->channel != TL_NONE) st = measure_error(session, r, o);
     if (!st) st = tl_polydata_closed(session->ctx, o->surface, &o->closed);
@@ -380,7 +414,8 @@ static tl_status make_surface(cli_session *session, request *r, outcome *o)
 static int prepare(cli_session *session, request *r)
 {
     int failed = set_view(session, r);
-    r->by_patch = r->volume->is_model && !cli_derive_given(session);
+    r->has_faces = has_faces(session);
+    r->by_patch = r->volume->is_model && !cli_derive_given(session) && !r->has_faces;
     if (!failed && !r->by_patch) failed = cut_model(session, r);
     if (!failed && !r->by_patch) failed = cli_volume_mesh(session, r->volume);
     if (!failed) failed = take_words(session, r);
@@ -429,14 +464,16 @@ static const char *const EXAMPLES[] = {
     "As fine as a pixel of a view asks for",
     "tetralod surface wing.vtu -o middle.vtp --plane 0,0,0,0,1,0 --channels pressure",
     "A plane cut that carries one channel",
+    "tetralod surface head.mesh -o tissues.vtp --interfaces --boundary",
+    "The surfaces of all regions",
     NULL};
 
 const cli_verb cli_verb_surface = {
     .name = "surface",
-    .operands = "IN -o OUT (--value [CHANNEL=]V | --plane X,Y,Z,NX,NY,NZ)",
+    .operands = "IN -o OUT (--value [CHANNEL=]V | --plane X,Y,Z,NX,NY,NZ | --interfaces)",
     .operand_least = 1,
     .operand_most = 1,
-    .about = "isosurfaces and plane cuts as triangles",
+    .about = "isosurfaces, plane cuts, interfaces and boundaries as triangles",
     .details =
         "IN is a model or any file that 'tetralod formats' lists. Triangles look to lower "
         "values, and so do the normals. Of a model patches that the values miss are not read. "

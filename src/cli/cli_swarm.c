@@ -32,6 +32,7 @@ static int take_word(cli_scene *scene, tl_node node, const char *word, bool *kno
     *known = true;
     if (strcmp(word, "tubes") == 0) return cli_scene_text(scene, node, "shape", "tube");
     if (strcmp(word, "flat") == 0) return cli_scene_text(scene, node, "shape", "flat");
+    if (strcmp(word, "ribbons") == 0) return cli_scene_text(scene, node, "shape", "ribbon");
     if (take_number(word, "width", none, &number))
         return cli_scene_real(scene, node, "width_px", number);
     if (take_number(word, "halo", 1.5, &number))
@@ -56,8 +57,8 @@ static int take_words(cli_scene *scene, tl_node node, const char *text, const ch
         failed = take_word(scene, node, word, &known);
         if (!failed && !known)
             return cli_misuse(scene->session->args.verb,
-                              "--lines %s: '%s' is none of tubes, flat, width=PX, halo, arrows, "
-                              "dash, opacity=O",
+                              "--lines %s: '%s' is none of tubes, flat, ribbons, width=PX, halo, "
+                              "arrows, dash, opacity=O",
                               text, word);
     }
     return failed;

@@ -59,7 +59,18 @@ static tl_status pick_cells(tl_ctx *ctx, const tl_polydata *from, const uint8_t 
     return st;
 }
 
-/* The vertices that the picked lines use, with their channels. */
+static tl_status pick_normals(tl_ctx *ctx, const tli_cut_verts *verts, const tl_polydata *from,
+                              tl_polydata *to)
+{
+    tl_status st = TL_OK;
+    to->normals = tl_mem_alloc(ctx, verts->count, 3 * sizeof *to->normals, &st);
+    for (size_t v = 0; !st && v < verts->count; v++)
+        memcpy(to->normals + 3 * v, from->normals + 3 * (size_t)verts->olds[v],
+               3 * sizeof *to->normals);
+    return st;
+}
+
+/* The vertices that the picked lines use, with channels and normals. */
 static tl_status pick_verts(tl_ctx *ctx, const tl_polydata *from, tl_polydata *to)
 {
     size_t none[1] = {0}, starts[2] = {0, 0};
@@ -68,6 +79,7 @@ static tl_status pick_verts(tl_ctx *ctx, const tl_polydata *from, tl_polydata *t
     tl_status st = tli_cut_verts_make(ctx, to->corners, to->starts[to->cell_count],
                                       from->vert_count, &edges, to->corners, &verts);
     if (!st) st = tli_cut_verts_polydata(ctx, &verts, from, NULL, to);
+    if (!st && from->normals) st = pick_normals(ctx, &verts, from, to);
     tli_cut_verts_release(ctx, &verts);
     return st;
 }

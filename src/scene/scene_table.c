@@ -184,6 +184,7 @@ static const tl_prop_info BOUNDARY[] = {
     COLOR_BY,
     COLOR("color", "", "its colour; auto: grey"),
     OPACITY("opacity", -1, "-1", "-1: as glass around other things, else opaque"),
+    FLAG("interfaces", "off", "in its place the surfaces between regions inside"),
     CHOICE("mark", MARKS, "none", "a model's patches, or levels of detail, in colours"),
 };
 static const tl_prop_info EDGES[] = {

@@ -145,6 +145,13 @@ static tl_status set_paints(tl_ctx *ctx, tl_view *view, tli_agenda *agenda)
 
 /* ---- all of it ---- */
 
+/* Surfaces between regions. */
+static bool is_inside(const tl_scene *scene, tl_node node)
+{
+    return tl_scene_kind(scene, node) == TL_NODE_BOUNDARY &&
+           tl_scene_flag(scene, node, "interfaces");
+}
+
 static tl_status set_things(tl_ctx *ctx, tli_agenda *agenda)
 {
     tl_status st = TL_OK;
@@ -161,7 +168,7 @@ static tl_status set_things(tl_ctx *ctx, tli_agenda *agenda)
         agenda->has_lines |= kind == TL_NODE_LINES;
         agenda->has_glass |= kind == TL_NODE_VOLUME || kind == TL_NODE_SURFACE ||
                              kind == TL_NODE_SLICE || kind == TL_NODE_POINTS ||
-                             kind == TL_NODE_LINES;
+                             kind == TL_NODE_LINES || is_inside(agenda->scene, nodes[i]);
     }
     return st;
 }

@@ -103,6 +103,17 @@ static bool box_of(const tli_maker *m, const tli_entry *entry, double bounds[6])
     return true;
 }
 
+static tl_line_shape shape_of(const tli_maker *m, const tli_entry *entry)
+{
+    static const tl_line_shape SHAPES[] = {TL_LINE_TUBE, TL_LINE_FLAT, TL_LINE_RIBBON};
+    return SHAPES[(int)tli_maker_real(m, entry, "shape")];
+}
+
+static bool is_ribbon(const tli_maker *m, const tli_entry *entry)
+{
+    return shape_of(m, entry) == TL_LINE_RIBBON;
+}
+
 /* Gives the lines of a node, in two parts where there is a box. */
 static tl_status follow(tli_maker *m, const tli_entry *entry, const tli_scalar *color,
                         tl_polydata *parts[2])
@@ -121,6 +132,7 @@ static tl_status follow(tli_maker *m, const tli_entry *entry, const tli_scalar *
     tli_body_dress(m->body, color, &dressed);
     opts.channels = &dressed.first;
     opts.channel_count = 1;
+    opts.normals = is_ribbon(m, entry);
     st = tli_seeds_follow(m->ctx, &dressed.mesh, opposite, channel,
                           tl_scene_text(scene, entry->node, "seeds"), &opts, &lines, NULL);
     if (st || !box_of(m, entry, bounds)) {
@@ -135,7 +147,6 @@ static tl_status follow(tli_maker *m, const tli_entry *entry, const tli_scalar *
 /* How the lines of one part look; ghosts have neither arrows nor halos. */
 static tl_status add_part(tli_maker *m, const tli_entry *entry, const tli_shape *shape, int part)
 {
-    static const tl_line_shape SHAPES[] = {TL_LINE_TUBE, TL_LINE_FLAT, TL_LINE_RIBBON};
     const double percent = m->diagonal / 100;
     tli_thing thing = {.kind = TLI_THING_LINES,
                        .polydata = shape->parts[part],
@@ -148,7 +159,7 @@ static tl_status add_part(tli_maker *m, const tli_entry *entry, const tli_shape 
     thing.look.scalar = thing.polydata->channels[OWN_CHANNELS].values;
     thing.look.transfer = entry->color->transfer;
     thing.look.opacity = part ? GHOST : tli_maker_real(m, entry, "opacity");
-    thing.line.shape = SHAPES[(int)tli_maker_real(m, entry, "shape")];
+    thing.line.shape = shape_of(m, entry);
     thing.line.width_px = tli_maker_real(m, entry, "width_px");
     thing.line.halo_px = part ? 0 : tli_maker_real(m, entry, "halo_px");
     thing.line.dash = thing.line.gap = tli_maker_real(m, entry, "dash") * percent;
@@ -170,6 +181,7 @@ tl_status tli_make_lines(tli_maker *maker, const tli_entry *entry)
     tli_recipe recipe = with_scalar(tli_maker_recipe(maker, entry), color);
     recipe = tli_recipe_text(recipe, tl_scene_text(scene, entry->node, "channel"));
     recipe = tli_recipe_text(recipe, tl_scene_text(scene, entry->node, "seeds"));
+    recipe = tli_recipe_count(recipe, is_ribbon(maker, entry));
     recipe = tli_recipe_count(recipe, box_of(maker, entry, bounds));
     recipe = tli_recipe_bytes(recipe, bounds, sizeof bounds);
     const tli_shape *shape = tli_maker_find(maker, recipe, &st);

@@ -285,16 +285,20 @@ static tl_status make_boundary(tli_maker *m, const tli_entry *entry)
 {
     tl_status st = TL_OK;
     const double opacity = tli_maker_real(m, entry, "opacity");
-    const bool is_glass = opacity < 0 && m->agenda->has_glass;
+    const bool inside = tl_scene_flag(m->agenda->scene, entry->node, "interfaces");
+    const bool is_glass = opacity < 0 && m->agenda->has_glass && !inside;
     const tli_paint *color = is_glass ? NULL : entry->color;
-    const tli_recipe recipe = with_paint(tli_maker_recipe(m, entry), color);
+    tl_boundary_opts opts = tl_boundary_opts_defaults();
+    opts.regions = false;
+    opts.interfaces = inside;
+    opts.boundary = !inside;
+    const tli_recipe recipe =
+        tli_recipe_count(with_paint(tli_maker_recipe(m, entry), color), inside);
     const tli_shape *shape = tli_maker_find(m, recipe, &st);
     if (!st && !shape) {
         tli_dressed dressed;
         const tl_lidx *opposite;
         tl_polydata *triangles = NULL;
-        tl_boundary_opts opts = tl_boundary_opts_defaults();
-        opts.regions = false;
         st = dress(m, color, &dressed);
         if (!st) st = tli_body_opposite(m->ctx, m->body, &opposite);
         if (!st) {
