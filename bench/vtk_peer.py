@@ -300,7 +300,10 @@ def decibels(ours, theirs):
 def draw(options):
     if not os.environ.get("DISPLAY"):
         os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
-        os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1024x1024x24", sys.executable, *sys.argv])
+        # between two windows the server has no client, and without -noreset it begins anew: who comes meanwhile
+        # finds none
+        server = "-screen 0 1024x1024x24 -noreset"
+        os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", server, sys.executable, *sys.argv])
     vtk.vtkMultiThreader.SetGlobalMaximumNumberOfThreads(options.threads)
     grid, _ = with_one_scalar(read(options.file), None)
     ray = vtk.vtkUnstructuredGridVolumeRayCastMapper()
