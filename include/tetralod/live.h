@@ -81,7 +81,8 @@ typedef struct tl_frame {
     const tl_content_facts *facts; /* of content; NULL: nothing yet */
     uint32_t reduction;            /* a pixel of the drawing is so many wide and high here */
     uint32_t samples;              /* or has so many in x and y */
-    bool is_final;                 /* all that the scene asks for; nothing is under way */
+    bool is_complete;              /* all that the scene asks for, or that memory has room for */
+    bool is_final;                 /* with all of its rays, too: nothing is under way */
     bool is_moving;
     double draw_s;        /* seconds it took: drawing, scaling, words, 8 bits */
     const char *renderer; /* as tl_renderer_name */

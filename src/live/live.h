@@ -212,6 +212,8 @@ bool tli_live_camera(const tl_live *live, tl_camera *camera);
 bool tli_live_same_camera(const tl_camera *a, const tl_camera *b);
 /* The content to draw now; NULL: none. */
 tli_live_content *tli_live_best(const tl_live *live);
+/* Most tets that memory and card have room for, as far as known. */
+uint64_t tli_live_room(const tl_live *live);
 /* It is all that the scene asks for, for this camera, or all that memory has room for. */
 bool tli_live_is_final(const tl_live *live, const tli_live_content *content);
 /* Something that the builder is at, or will be. */

@@ -198,7 +198,7 @@ static void put(tl_live *live, const tli_live_task *task, tli_live_content *made
         live->coarse_s = seconds;
         live->coarse_end_s = tli_clock_s();
     }
-    if (task->step == TLI_LIVE_FINE && task->error_px <= 0) {
+    if (task->step == TLI_LIVE_FINE && tli_live_is_final(live, made)) {
         live->full_s = seconds;
         live->made_room = false;
     }
@@ -263,6 +263,8 @@ static void make_content(tl_live *live, const tli_live_task *task)
         live->has_failed = true;
         live->failed_stamp = scene->stamp;
         live->failed_camera = task->camera;
+        live->is_drawn = false; /* the frame's note says it */
+        tli_bell_ring(&live->drawer.bell);
         tli_live_failed(live, TL_LIVE_CONTENT, st, tl_ctx_message(ctx));
     }
     tli_live_drop_source(live, source);

@@ -31,7 +31,7 @@ typedef struct shot {
     tli_live_slot *slot;
     tl_camera camera;
     uint32_t reduction, samples;
-    bool moving, is_final;
+    bool moving, is_complete;
     double time_s;
     double asked_s; /* when what it shows was asked for */
 } shot;
@@ -110,10 +110,12 @@ static bool plan(tl_live *live, double last_s, shot *s, double *wait_s)
     *s = (shot){.content = content, .scene = live->scene, .moving = live->moving, .samples = 1};
     if (!content || !tli_live_camera(live, &s->camera)) return false;
     const bool animated = content->facts->is_moving;
-    s->reduction = s->moving || animated ? live->pace.reduction : 1;
-    s->is_final = !s->moving && tli_live_is_final(live, content);
+    s->is_complete = !s->moving && tli_live_is_final(live, content);
+    /* the first content of a file is there to be seen soon; a finer one follows */
+    bool is_first = content->step == TLI_LIVE_FIRST && !s->is_complete && !live->has_failed;
+    s->reduction = s->moving || animated || is_first ? live->pace.reduction : 1;
     s->asked_s = live->changed_s;
-    uint32_t most = s->is_final && !animated ? samples_at_rest(live, content) : 1;
+    uint32_t most = s->is_complete && !animated ? samples_at_rest(live, content) : 1;
     if (animated) {
         *wait_s = last_s + MOTION_S - tli_clock_s();
         s->time_s = tli_clock_s() - live->start_s;
@@ -252,7 +254,7 @@ static void write_note(const tl_live *live, const drawer *d, const shot *s)
     char *note = s->slot->note;
     const size_t bytes = sizeof s->slot->note;
     bool is_limited =
-        s->is_final && !s->content->facts->is_complete && s->content->tets_max < UINT64_MAX;
+        s->is_complete && !s->content->facts->is_complete && s->content->tets_max < UINT64_MAX;
     note[0] = 0;
     if (live->has_failed && !s->moving)
         snprintf(note, bytes, "what is shown is not all: %.150s",
@@ -260,6 +262,8 @@ static void write_note(const tl_live *live, const drawer *d, const shot *s)
     else if (is_limited)
         snprintf(note, bytes, "coarser than asked for: memory allows %llu tets",
                  (unsigned long long)s->content->tets_max);
+    else if (s->is_complete && !s->content->facts->bounds_kept)
+        snprintf(note, bytes, "coarser than asked for: a limit of tets or memory is reached");
     else if (d->has_fallen)
         snprintf(note, bytes, "the processor draws: the graphics card failed");
 }
@@ -284,11 +288,12 @@ static void publish(drawer *d, const shot *s, double seconds)
                              .facts = s->content->facts,
                              .reduction = s->reduction,
                              .samples = s->samples,
+                             .is_complete = s->is_complete,
                              .is_moving = s->moving,
                              .draw_s = seconds,
                              .renderer = slot->renderer,
                              .note = slot->note};
-    slot->frame.is_final = s->is_final && s->samples >= samples_at_rest(live, s->content);
+    slot->frame.is_final = s->is_complete && s->samples >= samples_at_rest(live, s->content);
     tli_live_drop_slot(live, live->newest);
     slot->holds++;
     live->newest = slot;

@@ -84,9 +84,12 @@ typedef struct rounding {
     uint8_t *rgba;
 } rounding;
 
-static uint8_t byte_of(float value)
+/* Comparisons, which a compiler does for many at once; NaN is 0. */
+static inline uint8_t byte_of(float value)
 {
-    return (uint8_t)(fminf(fmaxf(value, 0), 1) * 255 + 0.5F);
+    value = value > 0 ? value : 0;
+    value = value < 1 ? value : 1;
+    return (uint8_t)(int)(value * 255 + 0.5F);
 }
 
 static tl_status round_rows(void *arg, size_t begin, size_t end, unsigned worker)
@@ -95,11 +98,12 @@ static tl_status round_rows(void *arg, size_t begin, size_t end, unsigned worker
     (void)worker;
     size_t first = begin * r->image->width, behind = end * r->image->width;
     const float *from = r->image->rgba;
+    const float share = r->has_background ? 1 : 0;
+    const float behind_it[4] = {r->background[0], r->background[1], r->background[2], 1};
     for (size_t p = first; p < behind; p++) {
-        float clear = r->has_background ? 1 - from[4 * p + 3] : 0;
-        for (size_t k = 0; k < 3; k++)
-            r->rgba[4 * p + k] = byte_of(from[4 * p + k] + clear * r->background[k]);
-        r->rgba[4 * p + 3] = byte_of(from[4 * p + 3] + clear);
+        float clear = share * (1 - from[4 * p + 3]);
+        for (size_t k = 0; k < 4; k++)
+            r->rgba[4 * p + k] = byte_of(from[4 * p + k] + clear * behind_it[k]);
     }
     return TL_OK;
 }

@@ -8,10 +8,10 @@
 
 /* Tets of the first content of a file. */
 enum { FIRST_TETS = 60000 };
-/* A content of all that is asked for that took longer, in seconds, is made in two steps, of which
- * the first may be off by this factor. */
+/* At rest a content of so many tets comes before one of all that is asked for, where that one takes
+ * longer than this, or nobody knows; seconds. */
+enum { STEP_TETS = 700000 };
 static const double LONG_S = 0.8;
-static const double STEP = 3;
 /* While something moves: errors on the screen by those asked for; what the builder rests between
  * two contents, by the time it took for the last one. */
 static const double MOVING_ERROR = 2, REST = 2;
@@ -44,11 +44,6 @@ static bool is_far(const tl_camera *from, const tl_camera *to)
            fabs(to->parallel_scale - from->parallel_scale) > FAR * from->parallel_scale;
 }
 
-static uint64_t room(const tl_live *live)
-{
-    return live->fits_tets < live->card_tets ? live->fits_tets : live->card_tets;
-}
-
 static double error_asked(const tl_live *live)
 {
     double error = tl_scene_real(live->scene->scene, TL_NODE_DETAIL + 1, "error_px");
@@ -68,12 +63,14 @@ static tli_live_task next_fine(const tl_live *live, tli_live_task task)
     if (tli_live_is_final(live, fine) || tli_live_is_final(live, live->coarse)) return nothing();
     bool here = fine && fine->stamp == live->scene->stamp &&
                 tli_live_same_camera(&fine->camera, &task.camera);
-    bool fine_enough = fine && fine->stamp == live->scene->stamp && fine->error_px <= 0;
+    /* one for another camera is seen meanwhile */
+    bool fine_enough = fine && fine->stamp == live->scene->stamp && fine->step == TLI_LIVE_FINE;
     bool slow = !(live->full_s > 0) || live->full_s > LONG_S;
     task.step = TLI_LIVE_FINE;
-    task.tets_max = room(live);
-    if (best->facts->is_model && !is_frozen(live) && slow && !here && !fine_enough)
-        task.error_px = STEP * error_asked(live);
+    task.tets_max = tli_live_room(live);
+    if (best->facts->is_model && !is_frozen(live) && slow && !here && !fine_enough &&
+        task.tets_max > STEP_TETS)
+        task.tets_max = STEP_TETS;
     return task;
 }
 
@@ -83,7 +80,8 @@ static tli_live_task next_coarse(const tl_live *live, tli_live_task task, double
                                  double *wait_s)
 {
     const tli_live_content *best = tli_live_best(live);
-    const uint64_t most = live->pace.tets < room(live) ? live->pace.tets : room(live);
+    const uint64_t most =
+        live->pace.tets < tli_live_room(live) ? live->pace.tets : tli_live_room(live);
     if (!best->facts->is_model || is_frozen(live)) return nothing();
     bool too_large = best->facts->tets > most + most / 4;
     bool too_small =
@@ -115,12 +113,12 @@ tli_live_task tli_live_next(tl_live *live, double now_s, double *wait_s)
     const tli_live_content *best = tli_live_best(live);
     if (!best) {
         task.step = TLI_LIVE_FIRST;
-        task.tets_max = FIRST_TETS < room(live) ? FIRST_TETS : room(live);
+        task.tets_max = FIRST_TETS < tli_live_room(live) ? FIRST_TETS : tli_live_room(live);
         return task;
     }
     if (best->stamp != live->scene->stamp) {
         task.step = TLI_LIVE_QUICK;
-        task.tets_max = room(live);
+        task.tets_max = tli_live_room(live);
         task.error_px = (double)INFINITY;
         return task;
     }

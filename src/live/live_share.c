@@ -131,6 +131,11 @@ bool tli_live_same_camera(const tl_camera *a, const tl_camera *b)
 
 /* ---- contents ---- */
 
+uint64_t tli_live_room(const tl_live *live)
+{
+    return live->fits_tets < live->card_tets ? live->fits_tets : live->card_tets;
+}
+
 bool tli_live_is_final(const tl_live *live, const tli_live_content *content)
 {
     tl_camera camera;
@@ -140,8 +145,8 @@ bool tli_live_is_final(const tl_live *live, const tli_live_content *content)
         (content->step == TLI_LIVE_QUICK || !tli_live_same_camera(&camera, &content->camera)))
         return false;
     if (content->facts->is_complete) return true;
-    /* as fine as asked for, or as fine as there is room */
-    return content->step == TLI_LIVE_FINE && content->error_px <= 0;
+    /* no finer than there is room */
+    return content->step == TLI_LIVE_FINE && content->tets_max >= tli_live_room(live);
 }
 
 tli_live_content *tli_live_best(const tl_live *live)
