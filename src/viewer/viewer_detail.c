@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "viewer_field.h"
+#include "viewer_things.h"
 
 /* Figures change at most so often, so that they can be read. */
 enum { REFRESH_MS = 150 };
@@ -28,21 +29,12 @@ struct viewer_detail {
 
 /* ---- patches and levels in colours ---- */
 
-static tl_node boundary_of(const viewer *v)
-{
-    size_t count;
-    const tl_node *nodes = tl_scene_nodes(v->scene, &count);
-    for (size_t i = 0; i < count; i++)
-        if (tl_scene_kind(v->scene, nodes[i]) == TL_NODE_BOUNDARY) return nodes[i];
-    return 0;
-}
-
 /* They are painted on the boundary, which is added where there is none. */
 static void set_mark(viewer *v, const char *word)
 {
     tl_scene_seal(v->scene);
     if (!viewer_ok(v, tl_scene_begin(v->ctx, v->scene, "colour by patch or level"))) return;
-    tl_node node = boundary_of(v);
+    tl_node node = viewer_node_of_kind(v, TL_NODE_BOUNDARY);
     tl_status st = node ? TL_OK : tl_scene_add(v->ctx, v->scene, TL_NODE_BOUNDARY, &node);
     if (!st) st = tl_scene_set_flag(v->ctx, v->scene, node, "visible", true);
     if (!st) st = tl_scene_set_text(v->ctx, v->scene, node, "mark", word);
@@ -155,7 +147,7 @@ void viewer_detail_refresh(viewer_detail *d)
 {
     const viewer *v = d->v;
     const bool is_model = v->source && tl_source_get_facts(v->source)->is_model;
-    const tl_node boundary = boundary_of(v);
+    const tl_node boundary = viewer_node_of_kind(v, TL_NODE_BOUNDARY);
     gtk_widget_set_visible(d->first, is_model);
     gtk_widget_set_visible(d->mark_row, is_model);
     gtk_widget_set_visible(d->whole, v->source && !is_model);

@@ -27,7 +27,6 @@ static const viewer_field_style STYLES[] = {
     {"color_by", "Colour by", 0, 0, "its own colour"},
     {"background", "Background", 0, 0, "transparent"},
     {"nan_color", "No value", 0, 0, "grey"},
-    {"nan_opacity", "Opacity of it", 0, 1, NULL},
     {"unit_distance", "Unit distance", 0, 0, "automatic"},
     {"samples", "Smoothing", 0, 4, "automatic"},
     {"lit", "Light", 0, 0, NULL},
@@ -67,27 +66,19 @@ static const struct {
 
 /* ---- changes ---- */
 
-/* Shows what was said, or that all is well. */
-static bool settle(viewer_field *field, tl_status status)
-{
-    viewer_mark_wrong(field->main, field->error, status ? tl_ctx_message(field->v->ctx) : NULL);
-    if (status)
-        tl_ctx_clear(field->v->ctx);
-    else
-        viewer_changed(field->v);
-    return !status;
-}
-
 bool viewer_field_set_text(viewer_field *field, const char *text)
 {
-    return settle(field, tl_scene_set_text(field->v->ctx, field->v->scene, field->node,
-                                           field->info->name, text));
+    viewer *v = field->v;
+    const tl_status st = tl_scene_set_text(v->ctx, v->scene, field->node, field->info->name, text);
+    return viewer_settle(v, st, field->main, field->error);
 }
 
 bool viewer_field_set_reals(viewer_field *field, const double *reals, size_t count)
 {
-    return settle(field, tl_scene_set_reals(field->v->ctx, field->v->scene, field->node,
-                                            field->info->name, reals, count));
+    viewer *v = field->v;
+    const tl_status st =
+        tl_scene_set_reals(v->ctx, v->scene, field->node, field->info->name, reals, count);
+    return viewer_settle(v, st, field->main, field->error);
 }
 
 /* A change that stands for itself: no part of the step before or behind it. */
@@ -290,10 +281,7 @@ GtkWidget *viewer_field_create(viewer *v, tl_node node, const char *prop)
     g_signal_connect_swapped(field->reset, "clicked", G_CALLBACK(reset), field);
     gtk_box_append(GTK_BOX(row), field->reset);
     gtk_widget_set_visible(field->reset, has_reset(field->info->type));
-    field->error = gtk_label_new(NULL);
-    gtk_label_set_wrap(GTK_LABEL(field->error), TRUE);
-    gtk_label_set_xalign(GTK_LABEL(field->error), 0);
-    gtk_widget_add_css_class(field->error, "field-error");
+    field->error = viewer_error_line();
     gtk_box_append(GTK_BOX(field->box), row);
     gtk_box_append(GTK_BOX(field->box), field->error);
     gtk_widget_set_name(field->main, prop);

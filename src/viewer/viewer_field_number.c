@@ -1,5 +1,6 @@
 /* Numbers: a slider over what people use, and an entry for any value that the scene takes. */
 #include "viewer_field.h"
+#include "viewer_things.h"
 
 #include <math.h>
 #include <string.h>
@@ -11,18 +12,10 @@ static const double DECADES = 1e-4;
 
 /* ---- the slider's ends ---- */
 
-static const tl_source_channel *find_channel(const viewer_field *field, const char *name)
-{
-    const tl_source_facts *facts = tl_source_get_facts(field->v->source);
-    for (size_t i = 0; i < facts->channel_count; i++)
-        if (strcmp(facts->channels[i].name, name) == 0) return &facts->channels[i];
-    return NULL;
-}
-
 /* Of a channel, or what is shown of a formula. */
 static bool channel_range(const viewer_field *field, const char *name, double range[2])
 {
-    const tl_source_channel *channel = find_channel(field, name);
+    const tl_source_channel *channel = viewer_channel_named(field->v, name);
     const tl_values *values = field->v->frame && field->v->frame->content
                                   ? tl_content_values(field->v->frame->content, name)
                                   : NULL;

@@ -55,12 +55,7 @@ static void set_level(viewer_levels *l, int i, double value)
 {
     viewer *v = l->v;
     const tl_status st = tl_scene_set_real(v->ctx, v->scene, l->node, prop_of(l, i), value);
-    viewer_mark_wrong(l->entries[i], l->error, st ? tl_ctx_message(v->ctx) : NULL);
-    if (st)
-        tl_ctx_clear(v->ctx);
-    else
-        viewer_changed(v);
-    if (!st) viewer_levels_show(l, l->node);
+    if (viewer_settle(v, st, l->entries[i], l->error)) viewer_levels_show(l, l->node);
 }
 
 static bool is_of_channel(const viewer_levels *l, tl_node node)
@@ -244,12 +239,7 @@ static bool commit_level(viewer_levels *l, int i)
         tl_scene_set_text(v->ctx, v->scene, l->node, prop_of(l, i), *text ? text : "auto");
     tl_scene_seal(v->scene);
     g_free(text);
-    viewer_mark_wrong(l->entries[i], l->error, st ? tl_ctx_message(v->ctx) : NULL);
-    if (st)
-        tl_ctx_clear(v->ctx);
-    else
-        viewer_changed(v);
-    return !st;
+    return viewer_settle(v, st, l->entries[i], l->error);
 }
 
 static bool commit_first(void *user)
@@ -327,9 +317,7 @@ viewer_levels *viewer_levels_create(viewer *v)
         gtk_widget_set_hexpand(l->entries[i], TRUE);
         gtk_box_append(GTK_BOX(row), l->entries[i]);
     }
-    l->error = gtk_label_new(NULL);
-    gtk_label_set_wrap(GTK_LABEL(l->error), TRUE);
-    gtk_widget_add_css_class(l->error, "field-error");
+    l->error = viewer_error_line();
     gtk_box_append(GTK_BOX(l->box), l->area);
     gtk_box_append(GTK_BOX(l->box), row);
     gtk_box_append(GTK_BOX(l->box), l->error);

@@ -41,6 +41,15 @@ const char *viewer_node_switch(tl_node_kind kind)
     return tl_node_prop(kind, "on") ? "on" : NULL;
 }
 
+tl_node viewer_node_of_kind(const viewer *v, tl_node_kind kind)
+{
+    size_t count;
+    const tl_node *nodes = tl_scene_nodes(v->scene, &count);
+    for (size_t i = 0; i < count; i++)
+        if (tl_scene_kind(v->scene, nodes[i]) == kind) return nodes[i];
+    return 0;
+}
+
 /* ---- channels ---- */
 
 /* Lines have the colours of the vectors that they follow, surfaces those of their values. */
@@ -65,12 +74,19 @@ static const char *channel_with(const viewer *v, bool vectors)
     return !vectors && facts->channel_count ? facts->channels[0].name : "";
 }
 
-static bool is_vector(const viewer *v, const char *name)
+const tl_source_channel *viewer_channel_named(const viewer *v, const char *name)
 {
+    if (!v->source) return NULL;
     const tl_source_facts *facts = tl_source_get_facts(v->source);
     for (size_t i = 0; i < facts->channel_count; i++)
-        if (strcmp(facts->channels[i].name, name) == 0) return facts->channels[i].components == 3;
-    return false;
+        if (strcmp(facts->channels[i].name, name) == 0) return &facts->channels[i];
+    return NULL;
+}
+
+static bool is_vector(const viewer *v, const char *name)
+{
+    const tl_source_channel *channel = viewer_channel_named(v, name);
+    return channel && channel->components == 3;
 }
 
 const char *viewer_node_channel_shown(const viewer *v)
@@ -164,16 +180,6 @@ static tl_status fill(viewer *v, tl_node node, const char *channel)
     }
 }
 
-/* Of volumes only one is drawn. */
-static tl_node volume_of(const viewer *v)
-{
-    size_t count;
-    const tl_node *nodes = tl_scene_nodes(v->scene, &count);
-    for (size_t i = 0; i < count; i++)
-        if (tl_scene_kind(v->scene, nodes[i]) == TL_NODE_VOLUME) return nodes[i];
-    return 0;
-}
-
 bool viewer_node_add(viewer *v, tl_node_kind kind)
 {
     char name[TL_SCENE_NAME_BYTES];
@@ -185,7 +191,8 @@ bool viewer_node_add(viewer *v, tl_node_kind kind)
         return false;
     }
     tl_scene_seal(v->scene);
-    const tl_node volume = kind == TL_NODE_VOLUME ? volume_of(v) : 0;
+    /* one is drawn */
+    const tl_node volume = kind == TL_NODE_VOLUME ? viewer_node_of_kind(v, kind) : 0;
     if (volume) {
         viewer_ok(v, tl_scene_set_flag(v->ctx, v->scene, volume, "visible", true));
         viewer_changed(v);

@@ -62,12 +62,7 @@ static bool commit_name(void *user)
     viewer *v = p->v;
     tl_scene_seal(v->scene);
     const tl_status st = tl_scene_rename(v->ctx, v->scene, p->node, viewer_entry_text(p->name));
-    viewer_mark_wrong(p->name, p->error, st ? tl_ctx_message(v->ctx) : NULL);
-    if (st)
-        tl_ctx_clear(v->ctx);
-    else
-        viewer_changed(v);
-    return !st;
+    return viewer_settle(v, st, p->name, p->error);
 }
 
 static GtkWidget *name_row(viewer_properties *p)
@@ -130,9 +125,7 @@ viewer_properties *viewer_properties_create(viewer *v)
     p->rest = gtk_box_new(GTK_ORIENTATION_VERTICAL, 4);
     p->more = gtk_expander_new("More");
     gtk_expander_set_child(GTK_EXPANDER(p->more), p->rest);
-    p->error = gtk_label_new(NULL);
-    gtk_label_set_wrap(GTK_LABEL(p->error), TRUE);
-    gtk_widget_add_css_class(p->error, "field-error");
+    p->error = viewer_error_line();
     gtk_box_append(GTK_BOX(p->box), name_row(p));
     gtk_box_append(GTK_BOX(p->box), p->error);
     gtk_box_append(GTK_BOX(p->box), viewer_levels_widget(p->levels));

@@ -15,6 +15,10 @@ void viewer_things_refresh(viewer_things *things);
 
 /* "Isosurface". */
 const char *viewer_node_title(tl_node_kind kind);
+/* The first node of a kind; 0: there is none. */
+tl_node viewer_node_of_kind(const viewer *v, tl_node_kind kind);
+/* The channel of the data set with a name; NULL: there is none. */
+const tl_source_channel *viewer_channel_named(const viewer *v, const char *name);
 /* What a row says of a node beside its name: "temperature = 300"; to be freed. */
 char *viewer_node_about(const viewer *v, tl_node node);
 /* Whether it is one of the list's own, which come and go. */

@@ -456,9 +456,20 @@ static void show_range(viewer_transfer *t, tl_node node)
     gtk_widget_remove_css_class(t->high, "error");
 }
 
+/* Has widgets of its own above. */
+static bool is_above(const char *prop)
+{
+    static const char *const ABOVE[] = {"channel", "map",     "reversed", "logarithmic", "range_by",
+                                        "range",   "percent", "colors",   "opacities"};
+    for (size_t i = 0; i < G_N_ELEMENTS(ABOVE); i++)
+        if (strcmp(ABOVE[i], prop) == 0) return true;
+    return false;
+}
+
 static void show_rest(viewer_transfer *t, tl_node node)
 {
-    static const char *const RARE[] = {"unit_distance", "nan_color", "nan_opacity"};
+    size_t count;
+    const tl_prop_info *props = tl_node_props(TL_NODE_TRANSFER, &count);
     gtk_widget_set_visible(t->more, node != 0);
     if (node == t->rest_of) {
         viewer_fields_refresh(t->rest);
@@ -466,8 +477,9 @@ static void show_rest(viewer_transfer *t, tl_node node)
     }
     t->rest_of = node;
     viewer_clear_box(t->rest);
-    for (size_t i = 0; node && i < G_N_ELEMENTS(RARE); i++)
-        gtk_box_append(GTK_BOX(t->rest), viewer_field_create(t->v, node, RARE[i]));
+    for (size_t i = 0; node && i < count; i++)
+        if (!is_above(props[i].name))
+            gtk_box_append(GTK_BOX(t->rest), viewer_field_create(t->v, node, props[i].name));
 }
 
 void viewer_transfer_show(viewer_transfer *t, const char *channel)

@@ -87,6 +87,26 @@ void viewer_mark_wrong(GtkWidget *widget, GtkWidget *line, const char *message)
     gtk_widget_set_visible(line, message != NULL);
 }
 
+GtkWidget *viewer_error_line(void)
+{
+    GtkWidget *line = gtk_label_new(NULL);
+    gtk_label_set_wrap(GTK_LABEL(line), TRUE);
+    gtk_label_set_xalign(GTK_LABEL(line), 0);
+    gtk_widget_add_css_class(line, "field-error");
+    gtk_widget_set_visible(line, FALSE);
+    return line;
+}
+
+bool viewer_settle(viewer *v, tl_status status, GtkWidget *widget, GtkWidget *line)
+{
+    viewer_mark_wrong(widget, line, status ? tl_ctx_message(v->ctx) : NULL);
+    if (status)
+        tl_ctx_clear(v->ctx);
+    else
+        viewer_changed(v);
+    return !status;
+}
+
 /* ---- gestures ---- */
 
 typedef struct watch {

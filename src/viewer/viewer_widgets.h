@@ -35,7 +35,12 @@ enum { VIEWER_NUMBER_BYTES = 32 };
 /* A number to 6 digits. */
 void viewer_number_text(double value, char text[VIEWER_NUMBER_BYTES]);
 
-/* Says at a widget what is wrong with it; NULL: nothing. */
+/* A line for what is wrong, which is not seen while all is well. */
+GtkWidget *viewer_error_line(void);
+/* Says at a widget, in a line below it, what is wrong; NULL: nothing. */
 void viewer_mark_wrong(GtkWidget *widget, GtkWidget *line, const char *message);
+/* Tells the parts of a change of the scene, or says at the widget why there was none; true: there
+ * was one. */
+bool viewer_settle(viewer *v, tl_status status, GtkWidget *widget, GtkWidget *line);
 
 #endif
