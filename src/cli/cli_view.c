@@ -73,7 +73,9 @@ static void fill(const cli_session *session, char *program, words *w)
     w->list[w->count++] = program;
     add_text(w, session, CLI_SCENE, "--scene");
     add_text(w, session, CLI_PICTURE_SIZE, "--size");
-    add_text(w, session, CLI_RENDERER, "--renderer");
+    static const char *const RENDERERS[] = {"auto", "gl", "cpu"};
+    if (cli_get(session, CLI_RENDERER)->given)
+        add(w, "--renderer", RENDERERS[cli_get(session, CLI_RENDERER)->choice]);
     add_text(w, session, CLI_SCREENSHOT, "--screenshot");
     add_text(w, session, CLI_SCRIPT, "--script");
     add_count(w, session, CLI_THROTTLE, "--throttle");

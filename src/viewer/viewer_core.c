@@ -2,6 +2,7 @@
  * then the live view gets the scene once, and the parts hear once what has changed. Frames and
  * events of the live view come on its threads; its hook wakes the loop. */
 #include "viewer_core.h"
+#include "viewer_tools.h"
 
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -260,7 +261,7 @@ bool viewer_settled(viewer *v)
 {
     const struct viewer_core *core = v->core;
     if (!gtk_widget_get_mapped(v->picture) || core->flush_source || core->gestures ||
-        !tl_live_settled(v->live))
+        !tl_live_settled(v->live) || viewer_tools_asks(v))
         return false;
     take_news(v); /* its last frame may be on its way */
     return !core->flush_source && viewer_picture_is_still(v) && tl_live_settled(v->live) &&

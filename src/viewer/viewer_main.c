@@ -113,6 +113,7 @@ static void on_activate(GtkApplication *app, viewer *v)
     viewer_files_attach(v);
     viewer_save_attach(v);
     viewer_panels_attach(v);
+    viewer_tools_attach(v);
     g_signal_connect(v->window, "close-request", G_CALLBACK(on_close), v);
     viewer_window_retitle(v);
     if (v->words->file || v->words->scene) viewer_open(v, v->words->file, v->words->scene);

@@ -98,6 +98,19 @@ static char *frame_path(const job *j, uint32_t frame)
     return g_strdup_printf("%.*s_%04u%s", stem, j->path, frame, j->path + stem);
 }
 
+/* A camera that is not set yet is fitted to the picture, not to the window. */
+static tl_status fit_camera(tl_ctx *ctx, job *j, tl_view *view)
+{
+    double bounds[6], window[4];
+    const uint32_t width = j->camera.size_px[0], height = j->camera.size_px[1];
+    tl_status st = tl_view_bounds(ctx, view, j->scene, bounds);
+    if (!st) st = tl_view_window(ctx, view, j->scene, width, height, window);
+    if (!st) st = tl_scene_set_bounds(ctx, j->scene, bounds);
+    if (!st) st = tl_scene_set_frame(ctx, j->scene, width, height, window);
+    if (!st) tl_scene_camera(j->scene, width, height, &j->camera);
+    return st;
+}
+
 static gpointer run_job(gpointer data)
 {
     static const double UP[3] = {0, 0, 1};
@@ -110,6 +123,7 @@ static gpointer run_job(gpointer data)
                                   : strcmp(word, "cpu") == 0 ? TL_RENDERER_CPU
                                                              : TL_RENDERER_AUTO;
     tl_status st = tl_view_create(ctx, j->source, &view);
+    if (!st) st = fit_camera(ctx, j, view);
     if (!st) st = tl_renderer_create(ctx, kind, &renderer);
     for (uint32_t i = 0; !st && i < j->frame_count; i++) {
         tl_camera camera = j->camera;

@@ -85,7 +85,8 @@ static void fail(viewer *v, const char *text)
 
 void viewer_script_said(viewer *v, viewer_tone tone, const char *text)
 {
-    if (!v->script || !v->script->timer) return;
+    const bool is_watched = v->words->script || v->words->screenshot; /* also before they begin */
+    if (!v->script || (!v->script->timer && !is_watched)) return;
     if (tone == VIEWER_ERROR)
         fail(v, text);
     else

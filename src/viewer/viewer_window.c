@@ -398,8 +398,9 @@ GdkTexture *viewer_window_texture(viewer *v)
     GskRenderer *renderer = gtk_native_get_renderer(GTK_NATIVE(v->window));
     GdkPaintable *paintable = gtk_widget_paintable_new(widget);
     GtkSnapshot *snapshot = gtk_snapshot_new();
-    gdk_paintable_snapshot(paintable, snapshot, gtk_widget_get_width(widget),
-                           gtk_widget_get_height(widget));
+    /* with its frame, which the widget's width and height leave out */
+    gdk_paintable_snapshot(paintable, snapshot, gdk_paintable_get_intrinsic_width(paintable),
+                           gdk_paintable_get_intrinsic_height(paintable));
     GskRenderNode *node = gtk_snapshot_free_to_node(snapshot);
     GdkTexture *texture =
         node && renderer ? gsk_renderer_render_texture(renderer, node, NULL) : NULL;
