@@ -3,7 +3,7 @@
 # spot; SHEET, the program contact_sheet, puts pictures of it side by side.
 set -euo pipefail
 program=$(realpath "$1") folder=$2 size=${3:-} sheet=${4:+$(realpath "$4")}
-pictures=$(realpath "$(dirname "$0")")/demo_pictures.sh
+pictures=$(realpath "$(dirname "$0")")/demo_pictures.sh view=$(realpath "$(dirname "$0")")/demo_view.sh
 mkdir -p "$folder"
 cd "$folder"
 
@@ -85,3 +85,7 @@ ${sheet:+  pictures.png            volume, surfaces, points, lines, patches and 
 }To look at them: open the .vtu files in ParaView, press Apply, choose "pressure" in the colour menu and
 the representation "Surface With Edges"; the filter Clip opens the view onto the sphere.
 TEXT
+
+if [[ -n $sheet ]]; then
+    "$view" "$program" .
+fi
