@@ -20,9 +20,7 @@ struct viewer_core {
     int gestures;            /* that go on */
     atomic_int is_woken;     /* the loop will look for frames and events */
     GBytes *frame_bytes;     /* keeps v->frame */
-    bool is_first;           /* the first frame of a source is awaited */
     bool is_ended;
-    double longest_late_s; /* from a frame's arrival to when the loop took it */
 };
 
 /* ---- signals ---- */
@@ -76,6 +74,7 @@ void viewer_flush(viewer *v)
     const bool other_things = things != core->things, other_camera = camera != core->camera;
     core->things = things;
     core->camera = camera;
+    if (other_things) viewer_frame_scene(v); /* words come and go, and the room for the data */
     send_scene(v);
     if (v->selected && !tl_scene_name(v->scene, v->selected)) viewer_select(v, 0);
     if (other_things) viewer_tell(v, VIEWER_SCENE);
@@ -154,12 +153,6 @@ static void take_frame(viewer *v)
     struct viewer_core *core = v->core;
     const tl_frame *frame = tl_live_frame(v->live);
     if (!frame) return;
-    /* a scene that was changed when it was opened is not shown before */
-    if (core->is_first && frame->scene_version != core->sent) {
-        tl_live_release(v->live, frame);
-        return;
-    }
-    core->is_first = false;
     void **held = g_new(void *, 2);
     held[0] = v->live;
     held[1] = (void *)(uintptr_t)frame;
@@ -198,10 +191,9 @@ static void take_source(viewer *v)
     tl_scene *scene = NULL;
     const tl_status st = tl_live_get_scene(v->live, v->ctx, &scene);
     v->source = tl_live_source(v->live);
+    viewer_opened(v);
     if (!viewer_ok(v, st)) return;
     v->core->sent = tl_scene_version(scene);
-    v->core->is_first = true;
-    viewer_opened(v, scene);
     viewer_take_scene(v, scene);
 }
 

@@ -106,8 +106,10 @@ void viewer_files_destroy(viewer *v);
 /* Opens a data set, and shows it as the scene of a file says (NULL: a first look). Without a path
  * that of the scene. */
 void viewer_open(viewer *v, const char *path, const char *scene_path);
-/* What was asked for is open, with its scene; before the parts hear of it. */
-void viewer_opened(viewer *v, tl_scene *scene);
+/* v->source is what was asked for; before the parts hear of it. */
+void viewer_opened(viewer *v);
+/* The window's style is another one. */
+void viewer_files_restyle(viewer *v);
 /* Nothing is being opened or built. */
 bool viewer_files_idle(const viewer *v);
 /* Borrowed: files that were open before. */

@@ -18,7 +18,7 @@ struct viewer_files {
     char *opening;               /* path that is being opened */
     char *building, *built_from; /* model that is being built, and of what */
     char *asked;                 /* path that a question is about */
-    bool is_first_look;          /* it is opened without a scene */
+    bool is_replaced;            /* another file was being opened, whose end is not this one's */
     GMenu *recent;
 };
 
@@ -29,17 +29,32 @@ bool viewer_files_idle(const viewer *v)
     return !v->files->opening && !v->files->building;
 }
 
-static void open_now(viewer *v, const char *path, const tl_scene *scene)
+/* scene: one of the window's context, which may be changed. */
+static void open_now(viewer *v, const char *path, tl_scene *scene)
 {
-    const tl_status st = tl_live_open(v->live, path, scene);
+    struct viewer_files *files = v->files;
+    char *whole = g_canonicalize_filename(path, NULL);
+    tl_status st = tl_scene_set_text(v->ctx, scene, DATA, "file", whole);
+    if (!st) st = tl_live_open(v->live, whole, scene);
     if (st) {
         viewer_say(v, VIEWER_ERROR, "'%s' can't be opened: %s", path, tl_status_name(st));
+        g_free(whole);
         return;
     }
-    g_free(v->files->opening);
-    v->files->opening = g_strdup(path);
-    v->files->is_first_look = !scene;
+    files->is_replaced = files->opening != NULL;
+    g_free(files->opening);
+    files->opening = whole;
     viewer_window_retitle(v);
+}
+
+/* Without things: the live view adds those of a first look. */
+static tl_status make_scene(viewer *v, tl_scene **scene)
+{
+    tl_status st = tl_scene_create(v->ctx, scene);
+    if (!st)
+        st = tl_scene_set_reals(v->ctx, *scene, PICTURE, "background",
+                                viewer_window_is_dark(v) ? DARK : LIGHT, 3);
+    return st;
 }
 
 /* The data set that a scene names, beside its own file where the name has no folder to begin with;
@@ -65,7 +80,12 @@ void viewer_open(viewer *v, const char *path, const char *scene_path)
         viewer_say(v, VIEWER_WARNING, "Pictures are being saved; open the file after that.");
         return;
     }
-    if (scene_path && !viewer_ok(v, tl_scene_read(v->ctx, scene_path, &scene))) return;
+    const tl_status st =
+        scene_path ? tl_scene_read(v->ctx, scene_path, &scene) : make_scene(v, &scene);
+    if (!viewer_ok(v, st)) {
+        tl_scene_destroy(v->ctx, scene);
+        return;
+    }
     if (!path) named = data_of(scene, scene_path);
     if (path || named)
         open_now(v, path ? path : named, scene);
@@ -99,24 +119,36 @@ static bool open_scene(viewer *v, const char *path)
     return true;
 }
 
-void viewer_opened(viewer *v, tl_scene *scene)
+void viewer_opened(viewer *v)
 {
     struct viewer_files *files = v->files;
-    const double *background = viewer_window_is_dark(v) ? DARK : LIGHT;
     g_free(v->path);
-    v->path = g_canonicalize_filename(files->opening, NULL);
-    g_clear_pointer(&files->opening, g_free);
+    v->path = g_strdup(tl_source_get_facts(v->source)->name);
     viewer_session_add_recent(v, v->path);
-    tl_status st = tl_scene_set_text(v->ctx, scene, DATA, "file", v->path);
-    if (!st && files->is_first_look)
-        st = tl_scene_set_reals(v->ctx, scene, PICTURE, "background", background, 3);
-    viewer_ok(v, st);
+    if (g_strcmp0(files->opening, v->path) != 0) return; /* the next one is on its way */
+    g_clear_pointer(&files->opening, g_free);
+    files->is_replaced = false;
+}
+
+/* Pictures that stand in front of one style's background go over to the other's. */
+void viewer_files_restyle(viewer *v)
+{
+    tl_value value;
+    const bool dark = viewer_window_is_dark(v);
+    const double *former = dark ? LIGHT : DARK, *next = dark ? DARK : LIGHT;
+    if (tl_scene_get(v->ctx, v->scene, PICTURE, "background", &value) || value.count != 3 ||
+        memcmp(value.reals, former, sizeof DARK) != 0)
+        return;
+    viewer_ok(v, tl_scene_set_reals(v->ctx, v->scene, PICTURE, "background", next, 3));
+    tl_scene_seal(v->scene);
+    viewer_changed(v);
 }
 
 /* ---- models ---- */
 
 static void cancel_open(viewer *v)
 {
+    v->files->is_replaced = false;
     tl_live_cancel(v->live, TL_LIVE_OPEN);
 }
 
@@ -367,6 +399,15 @@ GMenu *viewer_files_recent_menu(viewer *v)
 
 /* ---- what the live view says ---- */
 
+/* Shows it as what it was built of is shown. */
+static void open_model(viewer *v, const char *path, bool as_now)
+{
+    tl_scene *scene = NULL;
+    if (viewer_ok(v, as_now ? tl_scene_copy(v->ctx, v->scene, &scene) : make_scene(v, &scene)))
+        open_now(v, path, scene);
+    tl_scene_destroy(v->ctx, scene);
+}
+
 static void on_model_event(viewer *v, const tl_live_event *event)
 {
     struct viewer_files *files = v->files;
@@ -375,11 +416,22 @@ static void on_model_event(viewer *v, const tl_live_event *event)
     if (event->kind == TL_LIVE_DONE) {
         const bool is_of_open = v->path && g_strcmp0(v->path, files->built_from) == 0;
         viewer_say(v, VIEWER_INFO, "The model '%s' is complete.", built);
-        open_now(v, built, is_of_open ? v->scene : NULL);
+        open_model(v, built, is_of_open);
     } else if (event->status != TL_ERR_CANCELLED) {
         viewer_say(v, VIEWER_ERROR, "%s", event->text);
     }
     g_free(built);
+    viewer_window_retitle(v);
+}
+
+static void on_open_failed(viewer *v, const tl_live_event *event)
+{
+    struct viewer_files *files = v->files;
+    const bool is_cancelled = event->status == TL_ERR_CANCELLED;
+    viewer_window_progress(v, NULL, 0, NULL);
+    if (!is_cancelled) viewer_say(v, VIEWER_ERROR, "%s", event->text);
+    if (!is_cancelled || !files->is_replaced) g_clear_pointer(&files->opening, g_free);
+    files->is_replaced = false;
     viewer_window_retitle(v);
 }
 
@@ -398,10 +450,7 @@ static void on_live(viewer *v, void *user)
     } else if (is_model && (event->kind == TL_LIVE_DONE || event->kind == TL_LIVE_FAILED)) {
         on_model_event(v, event);
     } else if (is_open && event->kind == TL_LIVE_FAILED) {
-        viewer_window_progress(v, NULL, 0, NULL);
-        g_clear_pointer(&v->files->opening, g_free);
-        if (event->status != TL_ERR_CANCELLED) viewer_say(v, VIEWER_ERROR, "%s", event->text);
-        viewer_window_retitle(v);
+        on_open_failed(v, event);
     } else if (event->kind == TL_LIVE_FAILED && event->status != TL_ERR_CANCELLED &&
                (event->job == TL_LIVE_CONTENT || event->job == TL_LIVE_DRAWING)) {
         viewer_say(v, VIEWER_ERROR, "%s", event->text);

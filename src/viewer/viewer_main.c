@@ -53,7 +53,7 @@ static int read_words(int *argc, char ***argv, viewer_words *words)
         {"memory", 0, 0, G_OPTION_ARG_INT64, &words->memory_bytes, "limit", "BYTES"},
         {"throttle", 0, 0, G_OPTION_ARG_INT64, &words->throttle_bytes_s,
          "read models no faster, for tests", "BYTES"},
-        {NULL}};
+        {.long_name = NULL}};
     GError *error = NULL;
     int wrong = DONE;
     GOptionContext *context = g_option_context_new("[FILE]");

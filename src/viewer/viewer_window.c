@@ -365,6 +365,7 @@ static void set_dark(bool dark)
 static void toggle_dark(viewer *v)
 {
     set_dark(!viewer_window_is_dark(v));
+    viewer_files_restyle(v);
 }
 
 static void close_window(viewer *v)
