@@ -1,7 +1,9 @@
 /* The program tetralod-view, which `tetralod view` starts: words, parts, loop. */
 #include "viewer_core.h"
 
+#include <glib-unix.h>
 #include <locale.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,6 +105,14 @@ static gboolean on_close(GtkWindow *window, viewer *v)
     return TRUE;
 }
 
+/* Asked to end from outside: that is no crash. */
+static gboolean on_stop(gpointer data)
+{
+    viewer *v = data;
+    g_application_quit(G_APPLICATION(v->app));
+    return G_SOURCE_CONTINUE;
+}
+
 static void on_activate(GtkApplication *app, viewer *v)
 {
     (void)app;
@@ -115,6 +125,8 @@ static void on_activate(GtkApplication *app, viewer *v)
     viewer_panels_attach(v);
     viewer_tools_attach(v);
     g_signal_connect(v->window, "close-request", G_CALLBACK(on_close), v);
+    g_unix_signal_add(SIGTERM, on_stop, v);
+    g_unix_signal_add(SIGINT, on_stop, v);
     viewer_window_retitle(v);
     if (v->words->file || v->words->scene) viewer_open(v, v->words->file, v->words->scene);
     gtk_window_present(v->window);

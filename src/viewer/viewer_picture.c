@@ -53,16 +53,26 @@ static void draw_tools(ViewerPicture *self, GtkSnapshot *snapshot, double width,
     if (cr) cairo_destroy(cr);
 }
 
+/* A frame of another size, while the window's changes, is shown as the one to come: as high as the
+ * view, since angles count from its lower to its upper edge. */
+static void append(GtkSnapshot *s, GdkTexture *texture, double width, double height)
+{
+    const double scale = height / gdk_texture_get_height(texture);
+    const double wide = scale * gdk_texture_get_width(texture);
+    const graphene_rect_t place =
+        GRAPHENE_RECT_INIT((float)((width - wide) / 2), 0, (float)wide, (float)height);
+    gtk_snapshot_append_texture(s, texture, &place);
+}
+
 static void snapshot(GtkWidget *widget, GtkSnapshot *s)
 {
     ViewerPicture *self = VIEWER_PICTURE(widget);
     const double width = gtk_widget_get_width(widget), height = gtk_widget_get_height(widget);
-    const graphene_rect_t all = GRAPHENE_RECT_INIT(0, 0, (float)width, (float)height);
     if (self->former) {
-        gtk_snapshot_append_texture(s, self->former, &all);
+        append(s, self->former, width, height);
         gtk_snapshot_push_opacity(s, faded(self));
     }
-    if (self->texture) gtk_snapshot_append_texture(s, self->texture, &all);
+    if (self->texture) append(s, self->texture, width, height);
     if (self->former) gtk_snapshot_pop(s);
     if (self->texture) draw_tools(self, s, width, height);
 }
@@ -132,17 +142,22 @@ void viewer_redraw(viewer *v)
 
 double viewer_scale(const viewer *v)
 {
-    const double width = gtk_widget_get_width(v->picture);
-    return v->frame && width > 0 ? v->frame->width / width : 1;
+    const double height = gtk_widget_get_height(v->picture);
+    return v->frame && height > 0 ? v->frame->height / height : 1;
+}
+
+/* Pixels of the frame left of the widget's edge; 0 but while the window's size changes. */
+static double hidden_px(const viewer *v)
+{
+    return (v->frame->width - viewer_scale(v) * gtk_widget_get_width(v->picture)) / 2;
 }
 
 bool viewer_project(const viewer *v, const double xyz[3], double *x, double *y)
 {
     double px[2], distance;
-    const double scale = viewer_scale(v);
     if (!v->frame || !tl_camera_project(&v->frame->camera, xyz, px, &distance)) return false;
-    *x = px[0] / scale;
-    *y = px[1] / scale;
+    *x = (px[0] - hidden_px(v)) / viewer_scale(v);
+    *y = px[1] / viewer_scale(v);
     return true;
 }
 
@@ -150,7 +165,7 @@ bool viewer_sight(const viewer *v, double x, double y, double origin[3], double 
 {
     const double scale = viewer_scale(v);
     if (!v->frame) return false;
-    tl_camera_ray(&v->frame->camera, x * scale, y * scale, origin, direction);
+    tl_camera_ray(&v->frame->camera, x * scale + hidden_px(v), y * scale, origin, direction);
     return direction[0] != 0 || direction[1] != 0 || direction[2] != 0;
 }
 
@@ -171,7 +186,7 @@ bool viewer_depth_at(const viewer *v, double x, double y, double xyz[3])
     if (!viewer_sight(v, x, y, origin, direction)) return false;
     const tl_frame *frame = v->frame;
     const double scale = viewer_scale(v);
-    const double column = floor(x * scale), row = floor(y * scale);
+    const double column = floor(x * scale + hidden_px(v)), row = floor(y * scale);
     if (!frame->depth || column < 0 || row < 0 || column >= frame->width || row >= frame->height)
         return false;
     const double depth = frame->depth[(size_t)row * frame->width + (size_t)column];

@@ -110,6 +110,7 @@ static GtkWidget *make_bar(viewer *v)
     gtk_label_set_ellipsize(GTK_LABEL(shell->bar_text), PANGO_ELLIPSIZE_END);
     gtk_label_set_selectable(GTK_LABEL(shell->bar_text), TRUE);
     gtk_label_set_xalign(GTK_LABEL(shell->bar_text), 0);
+    gtk_widget_set_hexpand(shell->bar_text, TRUE);
     gtk_info_bar_add_child(GTK_INFO_BAR(shell->bar), shell->bar_text);
     shell->bar_button = gtk_info_bar_add_button(GTK_INFO_BAR(shell->bar), "", GTK_RESPONSE_OK);
     gtk_info_bar_set_show_close_button(GTK_INFO_BAR(shell->bar), TRUE);
@@ -231,6 +232,12 @@ static void fill_recent(viewer *v)
     g_strfreev(paths);
 }
 
+/* Panels have their room from the beginning of opening on, so that pictures have their size. */
+static void show_side(viewer *v)
+{
+    gtk_widget_set_visible(v->side, v->shell->has_side && (v->source || !viewer_files_idle(v)));
+}
+
 void viewer_window_retitle(viewer *v)
 {
     char *name = v->path ? g_path_get_basename(v->path) : g_strdup("tetralod");
@@ -249,6 +256,7 @@ void viewer_window_retitle(viewer *v)
     gtk_window_set_title(v->window, title);
     gtk_widget_set_visible(v->shell->welcome, !v->source && viewer_files_idle(v));
     fill_recent(v);
+    show_side(v);
     g_free(title);
     g_free(about);
     g_free(name);
@@ -330,11 +338,6 @@ static void toggle_full(viewer *v)
 static bool is_full(const viewer *v)
 {
     return gtk_window_is_fullscreen(v->window);
-}
-
-static void show_side(viewer *v)
-{
-    gtk_widget_set_visible(v->side, v->shell->has_side && v->source);
 }
 
 static void toggle_panel(viewer *v)
@@ -440,7 +443,6 @@ static void on_signal(viewer *v, void *user)
 {
     (void)user;
     viewer_window_retitle(v);
-    show_side(v);
 }
 
 void viewer_window_attach(viewer *v)
