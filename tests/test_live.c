@@ -231,11 +231,39 @@ static int make_data(void **state)
     return 0;
 }
 
+/* A shell that sleeps until the hook calls it sees the final picture. */
+static void test_hook_alone(void **state)
+{
+    (void)state;
+    atomic_int calls = 0;
+    tl_live_opts opts = tl_live_opts_defaults();
+    opts.notify = count_call;
+    opts.user = &calls;
+    tl_live *live = live_create(&opts);
+    const double end = live_now() + LIVE_PATIENCE_S;
+    bool is_final = false;
+    CHECK_STATUS(tl_live_open(live, MODEL, NULL), TL_OK);
+    for (int seen = 0; !is_final && live_now() < end;) {
+        tl_live_event e;
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+        if (atomic_load(&calls) == seen) continue;
+        seen = atomic_load(&calls);
+        while (tl_live_next_event(live, &e)) CHECK(e.kind != TL_LIVE_FAILED);
+        const tl_frame *frame = tl_live_frame(live);
+        is_final = frame && frame->is_final;
+        tl_live_release(live, frame);
+    }
+    CHECK(is_final);
+    tl_live_destroy(live);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_final_is_the_scene),
                                        cmocka_unit_test(test_moving),
+                                       cmocka_unit_test(test_hook_alone),
                                        cmocka_unit_test(test_held_frames),
-                                       cmocka_unit_test(test_idle), cmocka_unit_test(test_ends)};
+                                       cmocka_unit_test(test_idle),
+                                       cmocka_unit_test(test_ends)};
     return cmocka_run_group_tests(tests, make_data, NULL);
 }

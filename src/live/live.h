@@ -196,6 +196,9 @@ void tli_live_lock(tl_live *live);
 void tli_live_unlock(tl_live *live);
 /* There is something for the shell. */
 void tli_live_tell(tl_live *live);
+/* With the lock: waits for a bell, at most so many seconds (INFINITY: for ever), or calls the hook
+ * first and comes back at once. What the caller knows is old then. */
+void tli_live_sleep(tl_live *live, tli_bell *bell, double seconds);
 
 /* NULL is allowed. The last one to drop a scene ends it; contents and sources go to the builder. */
 void tli_live_drop_scene(tl_live *live, tli_live_scene *scene);

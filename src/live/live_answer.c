@@ -151,7 +151,7 @@ void tli_live_answer_all(void *arg)
         else if (live->has_question && live->source)
             answer_histogram(live);
         else
-            tli_bell_wait(&worker->bell, &live->lock);
+            tli_live_sleep(live, &worker->bell, INFINITY);
     }
     tli_live_unlock(live);
 }

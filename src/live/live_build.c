@@ -286,10 +286,7 @@ void tli_live_build(void *arg)
         if (task.step == TLI_LIVE_NOTHING) {
             tli_bell_ring(&live->drawer.bell); /* it may be final now */
             if (live->old_contents || live->old_sources) continue;
-            if (isfinite(wait_s))
-                tli_bell_wait_for(&worker->bell, &live->lock, wait_s);
-            else
-                tli_bell_wait(&worker->bell, &live->lock);
+            tli_live_sleep(live, &worker->bell, wait_s);
             continue;
         }
         live->running = task.step;

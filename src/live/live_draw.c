@@ -364,10 +364,7 @@ void tli_live_draw(void *arg)
         if (draws) s.slot = free_slot(live);
         if (!draws || !s.slot) {
             if (!draws) tli_bell_ring(&live->shell); /* it may have settled */
-            if (isfinite(wait_s) && wait_s > 0)
-                tli_bell_wait_for(&worker->bell, &live->lock, wait_s);
-            else
-                tli_bell_wait(&worker->bell, &live->lock);
+            tli_live_sleep(live, &worker->bell, wait_s > 0 ? wait_s : INFINITY);
             continue;
         }
         last_s = tli_clock_s();

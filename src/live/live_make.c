@@ -1,5 +1,6 @@
 /* The maker: builds models, beside all else. Its memory is that of the build's options, not that of
  * the view. */
+#include <math.h>
 #include <string.h>
 
 #include "live/live.h"
@@ -36,7 +37,7 @@ void tli_live_make(void *arg)
         if (live->make_input)
             make(live);
         else
-            tli_bell_wait(&worker->bell, &live->lock);
+            tli_live_sleep(live, &worker->bell, INFINITY);
     }
     tli_live_unlock(live);
 }

@@ -23,6 +23,18 @@ void tli_live_tell(tl_live *live)
     tli_bell_ring(&live->shell);
 }
 
+void tli_live_sleep(tl_live *live, tli_bell *bell, double seconds)
+{
+    if (live->tells) { /* waiting gives the lock without the hook */
+        tli_live_unlock(live);
+        tli_live_lock(live);
+    } else if (isfinite(seconds)) {
+        tli_bell_wait_for(bell, &live->lock, seconds);
+    } else {
+        tli_bell_wait(bell, &live->lock);
+    }
+}
+
 /* ---- counted objects ---- */
 
 void tli_live_drop_scene(tl_live *live, tli_live_scene *scene)
