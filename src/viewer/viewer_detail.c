@@ -130,7 +130,12 @@ static gboolean show_frame(gpointer user)
 
 void viewer_detail_frame(viewer_detail *d)
 {
-    if (!d->later) d->later = g_timeout_add(REFRESH_MS, show_frame, d);
+    if (d->v->frame && d->v->frame->is_final) {
+        if (d->later) g_source_remove(d->later);
+        show_frame(d);
+    } else if (!d->later) {
+        d->later = g_timeout_add(REFRESH_MS, show_frame, d);
+    }
 }
 
 static void end(viewer *v, void *user)
