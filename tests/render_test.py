@@ -334,10 +334,62 @@ class Render(unittest.TestCase):
         self.assertEqual(scene["picture"]["title"], "two")
         self.assertEqual(scene["data"]["file"], self.grid)
 
+    def test_scene_of_a_step(self):
+        """A scene keeps which step of a series was drawn; words choose another one."""
+        for i, kind in enumerate(("gaussians", "gaussians", "marschner-lobb")):
+            self.assertEqual(run("sample", kind, "-o", self.path(f"step{i}.vtu"), "--size", str(6 + 2 * i)).returncode, 0)
+        steps = "".join(f'<DataSet timestep="{i}" file="step{i}.vtu"/>' for i in range(3))
+        series = self.write("series.pvd", f'<VTKFile type="Collection"><Collection>{steps}</Collection></VTKFile>')
+        for words, step in ((("--step", "last"), 2), (("--time", "0.9"), 1), (("--step", "0"), -1), ((), -1)):
+            with self.subTest(words):
+                drawn, said = self.draw("--boundary", *words, "--write-scene", self.path("step.json"), source=series)
+                self.assertEqual(said["tets"], json.loads(run("info", series, "--json", *words).stdout)["tets"])
+                again, _ = self.draw("--scene", self.path("step.json"), source=series)
+                self.assertTrue((drawn == again).all())
+                with open(self.path("step.json"), encoding="utf-8") as f:
+                    self.assertEqual(json.load(f)["data"]["step"], step)
+        scene = self.write("step.json", '{"tetralod_scene": 1, "data": {"step": 2}, "things": [{"kind": "boundary"}]}')
+        self.draw("--scene", scene, "--step", "0", "--write-scene", scene, source=series)
+        with open(scene, encoding="utf-8") as f:
+            self.assertEqual(json.load(f)["data"]["step"], -1)
+        scene = self.write("step.json", '{"tetralod_scene": 1, "data": {"step": 3}}')
+        done = run("render", series, "-o", self.path("w.png"), "--scene", scene)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("step 3: there are 3", done.stderr)
+
+    def test_channels_of_one_value(self):
+        """A first look at nothing but constants is the boundary; points have no isosurface to lie on."""
+        scene = self.path("constant.json")
+        lonely = self.write("constant.vtk", """# vtk DataFile Version 3.0
+constant to rounding
+ASCII
+DATASET UNSTRUCTURED_GRID
+POINTS 4 double
+0 0 0 1 0 0 0 1 0 0 0 1
+CELLS 1 5
+4 0 1 2 3
+CELL_TYPES 1
+10
+POINT_DATA 4
+SCALARS one double
+LOOKUP_TABLE default
+1 1.000000000000001 1 1
+""")
+        self.draw("--write-scene", scene, source=lonely)
+        with open(scene, encoding="utf-8") as f:
+            self.assertEqual([(thing["kind"], thing.get("color_by")) for thing in json.load(f)["things"]],
+                             [("boundary", ""), ("edges", None)])
+        for words in (("--derive", "n=0/0*value"), ("--derive", "n=7")):
+            image, _ = self.draw(*words, "--points", "n", "--annotation", "none")
+            self.assertTrue((image == 255).all())
+
     def test_wrong_scenes(self):
         for status, text, said in ((1, "{", "JSON"), (1, '{"tetralod_scene": 9}', "tetralod_scene"),
                                    (1, '{"tetralod_scene": 1, "things": [{"kind": "surface", "value": "high"}]}', "things[0].value"),
-                                   (2, '{"tetralod_scene": 1, "things": [{"kind": "volume", "channel": "heat"}]}', "'value'")):
+                                   (1, '{"tetralod_scene": 1, "things": [{"kind": "teapot"}]}', "'teapot'"),
+                                   (2, '{"tetralod_scene": 1, "things": [{"kind": "volume", "channel": "heat"}]}', "'value'"),
+                                   (2, '{"tetralod_scene": 1, "things": [{"kind": "volume", "channel": "value"}, {"kind": "transfer", '
+                                    '"channel": "value", "range_by": "values", "range": [-1.7e308, 1.7e308]}]}', "transfer1.range")):
             with self.subTest(text):
                 done = run("render", self.grid, "-o", self.path("w.png"), "--scene", self.write("wrong.json", text))
                 self.assertEqual(done.returncode, status, done.stderr)

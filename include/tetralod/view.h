@@ -48,7 +48,8 @@ typedef struct tl_source_facts {
     double bounds[6], diagonal;        /* x0, x1, y0, y1, z0, z1, mesh units */
     const tl_source_channel *channels; /* [channel_count] */
     size_t channel_count;
-    const tl_source_step *steps; /* [step_count] of a series, rising; else none */
+    const tl_source_step *steps; /* [step_count] of a series, rising; else none. Of a mesh only
+                                    that of tl_source_set_step */
     size_t step_count;
     uint64_t file_bytes; /* of a model; else 0 */
 } tl_source_facts;
@@ -59,6 +60,9 @@ TL_API tl_status tl_source_open(tl_ctx *ctx, const char *path, tl_source **sourc
 /* Takes over a mesh made with this context, on success only; copies name. Gives *source.
  * TL_ERR_DATA for a mesh without tets. */
 TL_API tl_status tl_source_create(tl_ctx *ctx, tl_mesh *mesh, const char *name, tl_source **source);
+/* Says which step of its series the mesh of a source is, before it is looked at: its one step,
+ * which a scene can ask for. TL_ERR_ARG for a model, which knows. */
+TL_API tl_status tl_source_set_step(tl_ctx *ctx, tl_source *source, uint32_t number);
 /* After all views of it; contents do not need it. NULL is allowed. */
 TL_API void tl_source_destroy(tl_source *source);
 /* Borrowed from the source. */

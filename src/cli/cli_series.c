@@ -1,6 +1,7 @@
 /* Series: which step is read, and all steps of a file as a collection. */
 #include "cli_session.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -43,6 +44,24 @@ int cli_step_if_series(cli_session *session, const char *path)
     tl_status st = tl_read_steps(session->ctx, path, NULL, &steps);
     if (st) return cli_fail(session, session->ctx, st);
     if (steps.count == 1) step->given = time->given = false;
+    tl_steps_release(session->ctx, &steps);
+    return CLI_DONE;
+}
+
+int cli_step_number(cli_session *session, const char *path, const tl_read_opts *opts,
+                    int64_t *number)
+{
+    tl_steps steps;
+    tl_status st = tl_read_steps(session->ctx, path, opts, &steps);
+    if (st) return cli_fail(session, session->ctx, st);
+    size_t chosen = opts->step == TL_STEP_LAST ? steps.count - 1 : (size_t)opts->step;
+    double nearest = INFINITY;
+    for (size_t i = 0; opts->has_time && i < steps.count; i++)
+        if (fabs(steps.times[i] - opts->time) < nearest) {
+            nearest = fabs(steps.times[i] - opts->time);
+            chosen = i;
+        }
+    *number = steps.count > 1 ? (int64_t)chosen : -1;
     tl_steps_release(session->ctx, &steps);
     return CLI_DONE;
 }

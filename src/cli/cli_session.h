@@ -65,6 +65,9 @@ int cli_step_opts(const cli_session *session, tl_read_opts *opts);
 bool cli_all_steps(const cli_session *session);
 /* Forgets both options if the file at path is no series: a copy of one step. */
 int cli_step_if_series(cli_session *session, const char *path);
+/* The number of the step that opts choose; -1 of a file that is no series. */
+int cli_step_number(cli_session *session, const char *path, const tl_read_opts *opts,
+                    int64_t *number);
 /* Converts all steps of a file to a collection, .pvd, with a .vtu a step beside it. */
 int cli_convert_series(cli_session *session, const char *from, const char *to);
 

@@ -119,27 +119,47 @@ static int open_model(cli_session *session, cli_volume *volume)
               : cli_choose_step(session, volume->head, &volume->step);
 }
 
+static bool says_step(const cli_session *session)
+{
+    return cli_get(session, CLI_STEP)->given || cli_get(session, CLI_TIME)->given;
+}
+
+/* Of a series the step that the words say, else that of the scene. */
 static int open_file(cli_session *session, cli_volume *volume)
 {
-    int failed = cli_open_volume(session, session->ctx, volume->input.path, &volume->input);
+    tl_read_opts opts;
+    int64_t number = -1;
+    const char *path = volume->input.path;
+    int failed = cli_read_opts(session, path, &opts);
+    if (!failed && volume->scene && !says_step(session))
+        number = (int64_t)tl_scene_real(volume->scene, TL_NODE_DATA + 1, "step");
+    if (number >= 0) opts.step = (uint64_t)number;
+    if (!failed) failed = cli_open_with(session, session->ctx, path, &opts, &volume->input);
+    if (!failed) failed = cli_check_volume(&volume->input);
+    if (!failed && (opts.has_time || opts.step))
+        failed = cli_step_number(session, path, &opts, &number);
     if (failed) return failed;
-    tl_status st =
-        tl_source_create(session->ctx, volume->input.mesh, volume->input.path, &volume->source);
+    tl_status st = tl_source_create(session->ctx, volume->input.mesh, path, &volume->source);
     if (st) return cli_fail(session, session->ctx, st);
     volume->input.mesh = NULL; /* the source's */
-    return CLI_DONE;
+    if (number < 0) return CLI_DONE;
+    volume->step = (cli_model_step){true, (uint32_t)number, NAN};
+    st = tl_source_set_step(session->ctx, volume->source, (uint32_t)number);
+    return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
 /* The step of a scene, where the words say no other: that of the volume, too. */
 static tl_status take_step(cli_session *session, cli_volume *volume, bool is_read)
 {
     cli_model_step step = {0};
-    const bool is_said = cli_get(session, CLI_STEP)->given || cli_get(session, CLI_TIME)->given;
+    const bool is_said = says_step(session);
+    if (!volume->step.is_chosen && is_read && is_said)
+        return tl_scene_set_real(session->ctx, volume->scene, TL_NODE_DATA + 1, "step", -1);
     if (!volume->step.is_chosen) return TL_OK;
     if (!is_read || is_said)
         return tl_scene_set_real(session->ctx, volume->scene, TL_NODE_DATA + 1, "step",
                                  volume->step.number);
-    while (cli_next_step(volume->head, &step))
+    while (volume->head && cli_next_step(volume->head, &step))
         if (step.number == tl_scene_real(volume->scene, TL_NODE_DATA + 1, "step"))
             volume->step = step;
     return TL_OK;

@@ -85,19 +85,27 @@ static void clear_old(tl_live *live)
 
 /* ---- files ---- */
 
-static tl_status open_source(tl_live *live, const char *path, tl_source **source)
+/* Of a series the step that the scene, which may be NULL, asks for. */
+static tl_status open_source(tl_live *live, const char *path, const tl_scene *scene,
+                             tl_source **source)
 {
     tl_ctx *ctx = live->builder.ctx;
     tl_mesh *mesh = NULL;
+    tl_read_opts opts = tl_read_opts_defaults();
+    const double step = scene ? tl_scene_real(scene, TL_NODE_DATA + 1, "step") : -1;
     if (tl_store_is(ctx, path)) {
         tl_status st = tl_source_open(ctx, path, source);
         if (!st) tl_store_set_throttle(tl_source_store(*source), live->opts.throttle_bytes_s);
         return st;
     }
-    tl_status st = tl_mesh_read(ctx, path, NULL, &mesh, NULL);
+    if (step >= 0) opts.step = (uint64_t)step;
+    tl_status st = tl_mesh_read(ctx, path, &opts, &mesh, NULL);
     if (!st) st = tl_source_create(ctx, mesh, path, source);
-    if (st) tl_mesh_destroy(mesh);
-    return st;
+    if (st) {
+        tl_mesh_destroy(mesh);
+        return st;
+    }
+    return step >= 0 ? tl_source_set_step(ctx, *source, (uint32_t)step) : TL_OK;
 }
 
 static bool has_things(const tl_scene *scene)
@@ -159,7 +167,7 @@ static void open_file(tl_live *live)
     tli_live_unlock(live);
     tli_live_source *s = tl_mem_zalloc(ctx, 1, sizeof *s, &st);
     if (!st) s->holds = 1;
-    if (!st) st = open_source(live, path, &s->source);
+    if (!st) st = open_source(live, path, given ? given->scene : NULL, &s->source);
     if (!st) st = tl_view_create(ctx, s->source, &s->view);
     if (!st) st = first_scene(live, s, given ? given->scene : NULL, width, height, &scene);
     tli_live_lock(live);

@@ -133,8 +133,9 @@ static tl_status take_thing(reader *r, size_t i, const json_t *object)
     const char *word = json_string_value(json_object_get(object, "kind"));
     const tl_node_kind kind = word ? tl_node_kind_named(word) : TL_NODE_KIND_COUNT;
     if (kind <= TL_NODE_DETAIL || kind == TL_NODE_KIND_COUNT)
-        return tl_fail(r->ctx, TL_ERR_FORMAT, "%s.kind: expected a kind of things, as surface",
-                       where);
+        return tl_fail(r->ctx, TL_ERR_FORMAT,
+                       "%s.kind: expected a kind of things, as surface, not '%.40s'", where,
+                       word ? word : "");
     const json_t *named = json_object_get(object, "name");
     const char *name = json_string_value(named);
     snprintf(place, sizeof place, "%s.name", where);

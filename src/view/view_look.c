@@ -7,12 +7,15 @@
 /* Parts whose volume is less than this part of their box, or of a ball with their surface, are
  * solids rather than rooms: a first look shows them from outside. */
 static const double FILL_LEAST = 0.3, ROUND_LEAST = 0.35;
+/* What a channel has to vary by, relative to its largest value: less is rounding. */
+static const double VARIES_LEAST = 1e-9;
 /* Tets that a histogram is made of; of larger meshes every n-th one. */
 enum { TETS_MOST = 1 << 20 };
 
 /* ---- the most promising channel ---- */
 
-/* How much a channel promises to show: 0 nothing (one value, numbers of elements, places). */
+/* How much a channel promises to show: 0 nothing (one value), 1 little (numbers of elements,
+ * places). */
 static int interest(const tl_mesh *mesh, const tl_channel *channel)
 {
     static const char *const PLAIN[] = {"id",         "ids",         "material", "region",
@@ -24,6 +27,7 @@ static int interest(const tl_mesh *mesh, const tl_channel *channel)
     const size_t count = on_verts ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);
     if (strcmp(channel->name, TLI_MARKS) == 0) return -1;
     tl_channel_range(channel, count, range, &nonfinite);
+    if (!(range[1] - range[0] > VARIES_LEAST * fmax(fabs(range[0]), fabs(range[1])))) return 0;
     for (size_t i = 0; channel->name[i] && i + 1 < sizeof name; i++)
         name[i] = (char)(channel->name[i] >= 'A' && channel->name[i] <= 'Z' ? channel->name[i] + 32
                                                                             : channel->name[i]);
@@ -33,14 +37,14 @@ static int interest(const tl_mesh *mesh, const tl_channel *channel)
             (i == 2 && strncmp(name, "material", 8) == 0))
             return 1;
     }
-    if (!(range[0] < range[1])) return 0;
     return 2 + 2 * on_verts + (channel->components == 1);
 }
 
-static const tl_channel *most_interesting(const tl_mesh *mesh)
+/* NULL where none promises at least as much as said. */
+static const tl_channel *most_interesting(const tl_mesh *mesh, int least)
 {
     const tl_channel *found = NULL;
-    int most = -1;
+    int most = least - 1;
     for (size_t c = 0; c < tl_mesh_channel_count(mesh); c++) {
         const int now = interest(mesh, tl_mesh_channel(mesh, c));
         if (now <= most) continue;
@@ -85,7 +89,7 @@ tl_status tl_first_channel(tl_ctx *ctx, tl_source *source, const tl_scene *scene
     tli_body *look;
     tl_status st = look_at(ctx, source, scene, &look);
     if (st) return st;
-    const tl_channel *channel = most_interesting(look->mesh);
+    const tl_channel *channel = most_interesting(look->mesh, 0);
     snprintf(name, bytes, "%s", channel ? channel->name : "");
     tli_body_release(look);
     return TL_OK;
@@ -106,7 +110,7 @@ tl_status tl_first_look(tl_ctx *ctx, tl_source *source, tl_scene *scene)
     bool solid = true;
     tl_status st = look_at(ctx, source, scene, &look);
     if (st) return st;
-    const tl_channel *channel = most_interesting(look->mesh);
+    const tl_channel *channel = most_interesting(look->mesh, 1);
     if (channel) st = is_solid(ctx, look->mesh, &solid);
     if (!st) st = tl_scene_begin(ctx, scene, "first look");
     if (!st) {

@@ -88,6 +88,9 @@ static tl_status set_range(tl_ctx *ctx, const wishes *w, const tli_sample *sampl
     tl_values *v = &paint->values;
     double look[2] = {tli_paint_shown(paint, v->least), tli_paint_shown(paint, v->most)};
     if (w->by == BY_VALUES) {
+        if (!isfinite(w->range[1] - w->range[0]))
+            return tl_fail(ctx, TL_ERR_ARG, "%s.range: from %g to %g is too wide", w->node,
+                           w->range[0], w->range[1]);
         if (!(w->range[0] <= w->range[1]) || (v->logarithmic && !(w->range[0] > 0)))
             return tl_fail(ctx, TL_ERR_ARG, "%s.range: from %g to %g, expected %s", w->node,
                            w->range[0], w->range[1],

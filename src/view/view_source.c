@@ -142,6 +142,19 @@ tl_status tl_source_create(tl_ctx *ctx, tl_mesh *mesh, const char *name, tl_sour
     return st ? fail(source, st) : TL_OK;
 }
 
+tl_status tl_source_set_step(tl_ctx *ctx, tl_source *source, uint32_t number)
+{
+    tl_status st = TL_OK;
+    if (source->store) return tl_fail(ctx, TL_ERR_ARG, "'%s' is a model, not a step", source->name);
+    tl_source_step *steps = tl_mem_alloc(source->ctx, 1, sizeof *steps, &st);
+    if (st) return st;
+    *steps = (tl_source_step){number, tl_mesh_time(source->body->mesh)};
+    tli_free_const(source->ctx, source->facts.steps);
+    source->facts.steps = steps;
+    source->facts.step_count = 1;
+    return TL_OK;
+}
+
 void tl_source_destroy(tl_source *source)
 {
     if (!source) return;
@@ -198,7 +211,7 @@ tl_status tli_source_step(tl_ctx *ctx, const tl_source *source, int64_t wanted, 
         const int n = snprintf(list + at, sizeof list - at, " %u", facts->steps[i].number);
         at += n > 0 ? (size_t)n : 0;
     }
-    tl_fail(ctx, TL_ERR_ARG, "step %lld: the model has no such step", (long long)wanted);
+    tl_fail(ctx, TL_ERR_ARG, "step %lld: '%s' has no such step", (long long)wanted, facts->name);
     return tl_note(ctx, TL_ERR_ARG, "steps:%s", list);
 }
 

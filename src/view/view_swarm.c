@@ -45,6 +45,8 @@ tl_status tli_make_points(tli_maker *maker, const tli_entry *entry)
     const tli_shape *shape = NULL;
     const tli_paint *paint = entry->color ? entry->color : entry->own;
     if (!(tli_maker_real(maker, entry, "radius_px") > 0)) return TL_OK;
+    const double *range = entry->own->values.shown_range;
+    if (!(range[0] < range[1])) return TL_OK; /* one value, or none: no isosurfaces */
     tl_status st = tli_maker_scalar(maker, entry->own, false, &own);
     if (!st) st = tli_maker_scalar(maker, paint, false, &color);
     if (st) return st;
