@@ -83,6 +83,29 @@ static void copy_file(const char *from, const char *to)
     CHECK(!fclose(in) && !fclose(out));
 }
 
+/* What a shell looks at stays until it hears that another file is open, however many were. */
+static void test_former_files(void **state)
+{
+    (void)state;
+    fixture f = open_file(NULL, MODEL);
+    const tl_source *first = tl_live_source(f.live), *now = first;
+    const uint64_t tets = tl_source_get_facts(first)->tets;
+    const double end = live_now() + LIVE_PATIENCE_S;
+    for (int i = 0; i < 2; i++) {
+        const tl_source *before = now;
+        CHECK_STATUS(tl_live_open(f.live, MODEL, NULL), TL_OK);
+        while ((now = tl_live_source(f.live)) == before && live_now() < end)
+            nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+        CHECK(now != before);
+    }
+    while (!tl_live_settled(f.live) && live_now() < end)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    CHECK_EQ(tl_source_get_facts(first)->tets, tets);
+    for (int i = 0; i < 2; i++) live_expect(f.live, TL_LIVE_OPENED);
+    CHECK(tl_live_source(f.live) == now);
+    close_file(&f);
+}
+
 /* A file that is removed while it is open stays readable; one that is cut short is told of once. */
 static void test_files_that_change(void **state)
 {
@@ -316,6 +339,7 @@ static int make_data(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_files_that_are_none),
+                                       cmocka_unit_test(test_former_files),
                                        cmocka_unit_test(test_files_that_change),
                                        cmocka_unit_test(test_scene_that_fails),
                                        cmocka_unit_test(test_slow_disk),

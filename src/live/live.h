@@ -37,7 +37,7 @@ typedef struct tli_live_source {
     tl_source *source;
     tl_view *view;
     unsigned holds;
-    struct tli_live_source *next; /* among those that can go */
+    struct tli_live_source *next; /* among former ones, or those that can go */
 } tli_live_source;
 
 /* Why a content was made. */
@@ -132,7 +132,7 @@ struct tl_live {
 
     /* what there is; each holds */
     tli_live_source *source; /* NULL: none */
-    tli_live_source *former; /* that the shell may still look at; NULL: none */
+    tli_live_source *former; /* list of those that the shell may still look at; each held once */
     tli_live_content *coarse, *fine;
     tli_live_source *old_sources; /* to be destroyed by the builder */
     tli_live_content *old_contents;
@@ -203,6 +203,8 @@ void tli_live_sleep(tl_live *live, tli_bell *bell, double seconds);
 /* NULL is allowed. The last one to drop a scene ends it; contents and sources go to the builder. */
 void tli_live_drop_scene(tl_live *live, tli_live_scene *scene);
 void tli_live_drop_source(tl_live *live, tli_live_source *source);
+/* Those that the shell may have looked at before the one that is open. */
+void tli_live_drop_former(tl_live *live);
 void tli_live_drop_content(tl_live *live, tli_live_content *content);
 void tli_live_drop_slot(tl_live *live, tli_live_slot *slot);
 /* A copy in *copy, held once. */

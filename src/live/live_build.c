@@ -136,8 +136,8 @@ static tl_status first_scene(tl_live *live, const tli_live_source *s, const tl_s
 /* Takes over s. With the lock. */
 static void go_over(tl_live *live, tli_live_source *s, tli_live_scene *scene)
 {
-    tli_live_drop_source(live, live->former);
-    live->former = live->source;
+    if (live->source) live->source->next = live->former;
+    if (live->source) live->former = live->source;
     live->source = s;
     tli_live_drop_content(live, live->coarse);
     tli_live_drop_content(live, live->fine);
@@ -313,9 +313,9 @@ void tli_live_build_end(tl_live *live)
 {
     tli_live_drop_content(live, live->coarse);
     tli_live_drop_content(live, live->fine);
-    tli_live_drop_source(live, live->former);
+    tli_live_drop_former(live);
     tli_live_drop_source(live, live->source);
     live->coarse = live->fine = NULL;
-    live->former = live->source = NULL;
+    live->source = NULL;
     clear_old(live);
 }

@@ -65,10 +65,7 @@ bool tl_live_next_event(tl_live *live, tl_live_event *event)
         *event = live->events[live->event_first];
         live->event_first = (live->event_first + 1) % TLI_LIVE_EVENTS;
         live->event_count--;
-        if (event->kind == TL_LIVE_OPENED) {
-            tli_live_drop_source(live, live->former);
-            live->former = NULL;
-        }
+        if (event->kind == TL_LIVE_OPENED) tli_live_drop_former(live);
     }
     tli_live_unlock(live);
     return found;

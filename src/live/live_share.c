@@ -52,6 +52,15 @@ void tli_live_drop_source(tl_live *live, tli_live_source *source)
     tli_bell_ring(&live->builder.bell);
 }
 
+void tli_live_drop_former(tl_live *live)
+{
+    while (live->former) {
+        tli_live_source *source = live->former;
+        live->former = source->next;
+        tli_live_drop_source(live, source);
+    }
+}
+
 void tli_live_drop_content(tl_live *live, tli_live_content *content)
 {
     if (!content || --content->holds) return;
