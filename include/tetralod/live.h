@@ -132,13 +132,15 @@ typedef struct tl_live_event {
     char text[1000]; /* lines as of tl_ctx_message */
 } tl_live_event;
 
-/* The oldest event, which is taken; false: none. Of progress the newest of each job is kept. */
+/* The oldest event, which is taken; false: none. Of progress the newest of each job is kept, of the
+ * others the last 64. */
 TL_API bool tl_live_next_event(tl_live *live, tl_live_event *event);
 
 /* ---- asking ---- */
 
-/* Asks what lies under a pixel of the newest frame that was given; an answer to a former question
- * that was not taken is dropped. Event: TL_LIVE_DONE or TL_LIVE_FAILED of TL_LIVE_PROBE. */
+/* Asks what lies under a pixel of the newest frame that was given (none yet: nothing happens); a
+ * former question that is not answered yet, or its answer if it was not taken, is dropped. Event:
+ * TL_LIVE_DONE or TL_LIVE_FAILED of TL_LIVE_PROBE. */
 TL_API void tl_live_probe(tl_live *live, double x_px, double y_px);
 /* The newest answer; NULL: none that is new. Borrowed until the next one is given. is_inside is
  * false also where nothing is under the pixel, xyz is NaN then. */
@@ -151,8 +153,10 @@ typedef struct tl_live_counts {
     double counts[TL_LIVE_BINS]; /* volumes of equal parts of range, or of its logarithm */
 } tl_live_counts;
 /* True: *counts is that of a channel (as scenes name it) at a time step; false: it is being
- * counted, with TL_LIVE_DONE or TL_LIVE_FAILED of TL_LIVE_HISTOGRAM at the end. What was counted is
- * kept as long as the file is open. */
+ * counted, with TL_LIVE_DONE or TL_LIVE_FAILED of TL_LIVE_HISTOGRAM at the end; of several
+ * questions that wait the newest is, so that the others are to be asked again then. The last 32
+ * answers are kept as long as the file is open; what failed is not counted again. Names of 256
+ * bytes and more: false, and nothing happens. */
 TL_API bool tl_live_histogram(tl_live *live, const char *channel, int64_t step, bool logarithmic,
                               tl_live_counts *counts);
 

@@ -137,6 +137,15 @@ void tl_live_destroy(tl_live *live)
 
 /* ---- what is shown ---- */
 
+/* What was to be opened and has not begun. */
+static void forget_open(tl_live *live)
+{
+    tl_mem_free(live->ctx, live->open_path);
+    tli_live_drop_scene(live, live->opened);
+    live->open_path = NULL;
+    live->opened = NULL;
+}
+
 tl_status tl_live_open(tl_live *live, const char *path, const tl_scene *scene)
 {
     tl_status st = TL_OK;
@@ -147,8 +156,7 @@ tl_status tl_live_open(tl_live *live, const char *path, const tl_scene *scene)
     if (st) {
         tl_mem_free(live->ctx, name);
     } else {
-        tl_mem_free(live->ctx, live->open_path);
-        tli_live_drop_scene(live, live->opened);
+        forget_open(live);
         live->open_path = name;
         live->opened = shown;
         tli_live_changed(live);
@@ -296,6 +304,10 @@ void tl_live_cancel(tl_live *live, tl_live_job job)
     if (job == TL_LIVE_MODEL && live->make_input) tl_ctx_cancel(live->maker.ctx, true);
     if (job == TL_LIVE_OPEN && live->running == TLI_LIVE_FILE)
         tl_ctx_cancel(live->builder.ctx, true);
+    if (job == TL_LIVE_OPEN && live->open_path) {
+        forget_open(live);
+        tli_live_failed(live, TL_LIVE_OPEN, TL_ERR_CANCELLED, "cancelled before it was opened");
+    }
     tli_live_unlock(live);
 }
 

@@ -252,7 +252,7 @@ typedef struct tli_live_task {
     uint64_t tets_max;
 } tli_live_task;
 /* *wait_s: when nothing is to be done now but later, seconds till then; else infinity. */
-tli_live_task tli_live_next(tl_live *live, double now_s, double *wait_s);
+tli_live_task tli_live_next(const tl_live *live, double now_s, double *wait_s);
 
 /* ---- pictures; without the lock, on the pool ---- */
 

@@ -42,6 +42,7 @@ static bool shrink(tl_live *live, const tli_live_task *task)
         tli_bell_ring(&live->drawer.bell);
         return true;
     }
+    if (!tl_source_get_facts(live->source->source)->is_model) return false;
     bool first = live->fits_tets == UINT64_MAX;
     uint64_t tets = first ? (uint64_t)budget(live) / TET_BYTES : live->fits_tets / 2;
     if (task->tets_max < UINT64_MAX && tets > task->tets_max / 2) tets = task->tets_max / 2;
@@ -136,8 +137,10 @@ static tl_status first_scene(tl_live *live, const tli_live_source *s, const tl_s
 /* Takes over s. With the lock. */
 static void go_over(tl_live *live, tli_live_source *s, tli_live_scene *scene)
 {
-    if (live->source) live->source->next = live->former;
-    if (live->source) live->former = live->source;
+    if (live->source) {
+        live->source->next = live->former;
+        live->former = live->source;
+    }
     live->source = s;
     tli_live_drop_content(live, live->coarse);
     tli_live_drop_content(live, live->fine);
@@ -164,6 +167,7 @@ static void open_file(tl_live *live)
     live->open_path = NULL;
     live->opened = NULL;
     live->builder.job = TL_LIVE_OPEN;
+    tl_ctx_set_budget(ctx, budget(live));
     tli_live_unlock(live);
     tli_live_source *s = tl_mem_zalloc(ctx, 1, sizeof *s, &st);
     if (!st) s->holds = 1;

@@ -227,10 +227,12 @@ static void count_moving(tl_live *live, const shot *s, double seconds)
 {
     tl_live_stats *stats = &live->stats;
     double waited = tli_clock_s() - s->asked_s;
+    const uint64_t tets = live->pace.tets;
     stats->moving_frames++;
     stats->longest_frame_s = fmax(stats->longest_frame_s, seconds);
     stats->longest_wait_s = fmax(stats->longest_wait_s, waited);
     tli_pace_add(&live->pace, s->reduction, s->content->facts->tets, seconds);
+    if (live->pace.tets != tets) tli_bell_ring(&live->builder.bell);
 }
 
 /* More than the card may have: contents get smaller. */
@@ -327,7 +329,7 @@ static void take(drawer *d, shot *s)
                     : s->moving    ? TLI_LIVE_DRAWS_MOVING
                                    : TLI_LIVE_DRAWS_REST;
     tli_live_unlock(live);
-    double start = tli_clock_s();
+    double start = live->drawer.started_s = tli_clock_s();
     tl_status st = draw(d, s);
     double seconds = tli_clock_s() - start;
     tli_live_lock(live);

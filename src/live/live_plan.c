@@ -98,7 +98,7 @@ static tli_live_task next_coarse(const tl_live *live, tli_live_task task, double
     return task;
 }
 
-tli_live_task tli_live_next(tl_live *live, double now_s, double *wait_s)
+tli_live_task tli_live_next(const tl_live *live, double now_s, double *wait_s)
 {
     tli_live_task task = nothing();
     *wait_s = (double)INFINITY;
@@ -128,8 +128,7 @@ tli_live_task tli_live_next(tl_live *live, double now_s, double *wait_s)
 bool tli_live_builds(const tl_live *live)
 {
     double wait_s;
-    return live->running || tli_live_next((tl_live *)(uintptr_t)live, 0, &wait_s).step ||
-           isfinite(wait_s);
+    return live->running || tli_live_next(live, 0, &wait_s).step || isfinite(wait_s);
 }
 
 /* ---- what is not worth being finished ---- */
