@@ -1,8 +1,8 @@
 /* The cut that a scene asks for, and its mesh. */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
+#include "formats/formats_number.h"
 #include "view/view.h"
 
 /* Main memory that a tet of a content takes, with its share of all that is made of it: a limit of
@@ -73,12 +73,13 @@ static tl_status bound_channel(const asked *a, const char *name, double value, b
 /* "[CHANNEL=]E[%]" */
 static tl_status bound_word(const asked *a, const char *word, tl_cut_query *query)
 {
-    char name[NAME_BYTES] = "", *end;
+    double value = 0;
+    char name[NAME_BYTES] = "";
     const char *equals = strrchr(word, '='), *amount = equals ? equals + 1 : word;
     const size_t length = equals ? (size_t)(equals - word) : 0;
-    double value = strtod(amount, &end);
-    const bool percent = *end == '%';
-    if (end == amount || end[percent] || !(value > 0) || !isfinite(value) ||
+    const bool percent = *amount && amount[strlen(amount) - 1] == '%';
+    const char *end = amount + strlen(amount) - percent;
+    if (tli_number_f64(amount, end, &value) != end || !(value > 0) || !isfinite(value) ||
         length >= sizeof name || (equals && !length))
         return tl_fail(a->ctx, TL_ERR_ARG,
                        "detail.errors: '%s', expected E, E%%, CHANNEL=E or CHANNEL=E%%, above 0",

@@ -3,8 +3,8 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
+#include "formats/formats_number.h"
 #include "view/view.h"
 
 enum { SIDES_MAX = 64, REGIONS_MAX = 256, NAME_BYTES = 512 };
@@ -114,10 +114,11 @@ static bool has_region(const tl_mesh *mesh, int32_t region)
 /* By number, or by the name of one that tets have. */
 static bool find_region(const tl_mesh *mesh, const char *text, int32_t *region)
 {
-    char *end;
-    const double number = strtod(text, &end);
+    double number = 0;
+    const char *end = text + strlen(text);
     const int32_t *regions = tl_mesh_regions(mesh);
-    if (*text && !*end && number >= INT32_MIN && number <= INT32_MAX && number == floor(number)) {
+    if (tli_number_f64(text, end, &number) == end && number >= INT32_MIN && number <= INT32_MAX &&
+        number == floor(number)) {
         *region = (int32_t)number;
         return has_region(mesh, *region);
     }

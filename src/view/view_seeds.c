@@ -2,8 +2,8 @@
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
+#include "formats/formats_number.h"
 #include "view/view.h"
 
 /* Cells along the longest side of a grid, seeds around each critical point, seeds of others, if
@@ -37,9 +37,8 @@ typedef struct seed_words {
 static bool read_six(const char *text, const char *end, double numbers[6])
 {
     for (int i = 0; i < 6; i++) {
-        char *after;
-        numbers[i] = strtod(text, &after);
-        if (after == text || after > end || !isfinite(numbers[i])) return false;
+        const char *after = tli_number_f64(text, end, &numbers[i]);
+        if (!after || !isfinite(numbers[i])) return false;
         if (i < 5 && *after != ',') return false;
         text = after + (i < 5);
     }
@@ -77,9 +76,9 @@ static bool parse(const char *words, seed_words *s)
         at = end;
     }
     if (!*at) return true;
-    char *end;
-    const double count = strtod(at + 1, &end);
-    if (*at != ':' || end == at + 1 || *end) return false;
+    double count = 0;
+    const char *end = at + strlen(at);
+    if (*at != ':' || tli_number_f64(at + 1, end, &count) != end) return false;
     if (!(count >= 1 && count <= COUNT_MAX) || count != floor(count)) return false;
     s->count = (size_t)count;
     return true;
@@ -94,14 +93,12 @@ bool tl_seeds_are_words(const char *text)
 /* ---- seeds of a file ---- */
 
 /* Reads three numbers between spaces, commas and semicolons; false if there are others. */
-static bool read_point(char *line, double x[3])
+static bool read_point(const char *line, double x[3])
 {
-    char *at = line, *end;
+    const char *at = line, *end = line + strlen(line);
     for (int k = 0; k < 3; k++) {
-        at += strspn(at, " \t,;");
-        x[k] = strtod(at, &end);
-        if (end == at || !isfinite(x[k])) return false;
-        at = end;
+        at = tli_number_f64(at + strspn(at, " \t,;"), end, &x[k]);
+        if (!at || !isfinite(x[k])) return false;
     }
     return at[strspn(at, " \t,;\r\n")] == '\0';
 }
