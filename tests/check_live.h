@@ -104,6 +104,27 @@ static inline tl_scene *live_open(tl_live *live, tl_ctx *ctx, const char *path)
     return scene;
 }
 
+/* A view of a file with the scene that it shows. */
+typedef struct live_fixture {
+    tl_ctx *ctx;
+    tl_live *live;
+    tl_scene *scene;
+} live_fixture;
+
+static inline live_fixture live_begin(tl_live_opts *opts, const char *path)
+{
+    live_fixture f = {.ctx = check_ctx_create(1), .live = live_create(opts)};
+    f.scene = live_open(f.live, f.ctx, path);
+    return f;
+}
+
+static inline void live_end(live_fixture *f)
+{
+    tl_live_destroy(f->live);
+    tl_scene_destroy(f->ctx, f->scene);
+    check_ctx_destroy(f->ctx);
+}
+
 static inline void live_do(tl_live *live, tl_ctx *ctx, tl_scene *scene, const char *command)
 {
     CHECK_OK(ctx, tl_scene_do(ctx, scene, command));

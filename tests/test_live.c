@@ -7,26 +7,6 @@
 
 static const char *const MODEL = "live.tlod";
 
-typedef struct fixture {
-    tl_ctx *ctx;
-    tl_live *live;
-    tl_scene *scene;
-} fixture;
-
-static fixture open_model(tl_live_opts *opts)
-{
-    fixture f = {.ctx = check_ctx_create(1), .live = live_create(opts)};
-    f.scene = live_open(f.live, f.ctx, MODEL);
-    return f;
-}
-
-static void close_model(fixture *f)
-{
-    tl_live_destroy(f->live);
-    tl_scene_destroy(f->ctx, f->scene);
-    check_ctx_destroy(f->ctx);
-}
-
 /* ---- what is shown ---- */
 
 /* The picture of a scene, drawn in one thread, as bytes. */
@@ -81,7 +61,7 @@ static void check_final(const tl_frame *frame, const tl_scene *scene)
 static void test_final_is_the_scene(void **state)
 {
     (void)state;
-    fixture f = open_model(NULL);
+    live_fixture f = live_begin(NULL, MODEL);
     const tl_frame *frame;
     live_do(f.live, f.ctx, f.scene, "set picture.background 0.25,0.5,0.75");
     frame = live_settle(f.live);
@@ -98,7 +78,7 @@ static void test_final_is_the_scene(void **state)
     CHECK_EQ(frame->width, 201);
     check_final(frame, f.scene);
     tl_live_release(f.live, frame);
-    close_model(&f);
+    live_end(&f);
 }
 
 /* ---- moving ---- */
@@ -106,7 +86,7 @@ static void test_final_is_the_scene(void **state)
 static void test_moving(void **state)
 {
     (void)state;
-    fixture f = open_model(NULL);
+    live_fixture f = live_begin(NULL, MODEL);
     uint64_t last = 0;
     live_do(f.live, f.ctx, f.scene, "set detail.moving_tets 3000");
     live_do(f.live, f.ctx, f.scene, "set picture.background 0.25,0.5,0.75");
@@ -133,14 +113,14 @@ static void test_moving(void **state)
     check_final(frame, f.scene);
     CHECK(frame->facts->tets > 3750);
     tl_live_release(f.live, frame);
-    close_model(&f);
+    live_end(&f);
 }
 
 /* Frames go on, and a shell that holds too many gets no more. */
 static void test_held_frames(void **state)
 {
     (void)state;
-    fixture f = open_model(NULL);
+    live_fixture f = live_begin(NULL, MODEL);
     const tl_frame *held[4];
     uint8_t first[16];
     for (int i = 0; i < 4; i++) {
@@ -161,7 +141,7 @@ static void test_held_frames(void **state)
     tl_live_release(f.live, NULL);
     for (int i = 0; i < 4; i++)
         if (i != 2) tl_live_release(f.live, held[i]);
-    close_model(&f);
+    live_end(&f);
 }
 
 /* ---- nothing to do ---- */
@@ -177,14 +157,14 @@ static double processor_s(void)
 static void test_idle(void **state)
 {
     (void)state;
-    fixture f = open_model(NULL);
+    live_fixture f = live_begin(NULL, MODEL);
     tl_live_release(f.live, live_settle(f.live));
     tl_live_set_moving(f.live, true); /* a button that is held down, and nothing else */
     nanosleep(&(struct timespec){.tv_nsec = 300000000}, NULL);
     double before = processor_s();
     nanosleep(&(struct timespec){.tv_sec = 1}, NULL);
     CHECK_BOUND("processor time of an idle second, s", processor_s() - before, 0.005);
-    close_model(&f);
+    live_end(&f);
 }
 
 static void count_call(void *user)

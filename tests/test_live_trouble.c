@@ -7,26 +7,6 @@
 
 static const char *const MODEL = "trouble.tlod";
 
-typedef struct fixture {
-    tl_ctx *ctx;
-    tl_live *live;
-    tl_scene *scene;
-} fixture;
-
-static fixture open_file(tl_live_opts *opts, const char *path)
-{
-    fixture f = {.ctx = check_ctx_create(1), .live = live_create(opts)};
-    f.scene = live_open(f.live, f.ctx, path);
-    return f;
-}
-
-static void close_file(fixture *f)
-{
-    tl_live_destroy(f->live);
-    tl_scene_destroy(f->ctx, f->scene);
-    check_ctx_destroy(f->ctx);
-}
-
 /* The next failure. */
 static tl_live_event expect_failure(tl_live *live, tl_live_job job, tl_status status)
 {
@@ -43,7 +23,7 @@ static tl_live_event expect_failure(tl_live *live, tl_live_job job, tl_status st
 }
 
 /* The view still draws: a turn gives another frame. */
-static void check_goes_on(fixture *f)
+static void check_goes_on(live_fixture *f)
 {
     uint64_t frames = tl_live_get_stats(f->live).frames;
     live_turn(f->live, f->ctx, f->scene, 7);
@@ -58,7 +38,7 @@ static void check_goes_on(fixture *f)
 static void test_files_that_are_none(void **state)
 {
     (void)state;
-    fixture f = open_file(NULL, MODEL);
+    live_fixture f = live_begin(NULL, MODEL);
     tl_live_release(f.live, live_settle(f.live));
     const tl_source *source = tl_live_source(f.live);
     CHECK_STATUS(tl_live_open(f.live, "nowhere.tlod", NULL), TL_OK);
@@ -69,7 +49,7 @@ static void test_files_that_are_none(void **state)
     expect_failure(f.live, TL_LIVE_OPEN, TL_ERR_FORMAT);
     CHECK(tl_live_source(f.live) == source);
     check_goes_on(&f);
-    close_file(&f);
+    live_end(&f);
 }
 
 static void copy_file(const char *from, const char *to)
@@ -87,7 +67,7 @@ static void copy_file(const char *from, const char *to)
 static void test_former_files(void **state)
 {
     (void)state;
-    fixture f = open_file(NULL, MODEL);
+    live_fixture f = live_begin(NULL, MODEL);
     const tl_source *first = tl_live_source(f.live), *now = first;
     const uint64_t tets = tl_source_get_facts(first)->tets;
     const double end = live_now() + LIVE_PATIENCE_S;
@@ -103,7 +83,7 @@ static void test_former_files(void **state)
     CHECK_EQ(tl_source_get_facts(first)->tets, tets);
     for (int i = 0; i < 2; i++) live_expect(f.live, TL_LIVE_OPENED);
     CHECK(tl_live_source(f.live) == now);
-    close_file(&f);
+    live_end(&f);
 }
 
 /* A file that is removed while it is open stays readable; one that is cut short is told of once. */
@@ -111,7 +91,7 @@ static void test_files_that_change(void **state)
 {
     (void)state;
     copy_file(MODEL, "short.tlod");
-    fixture f = open_file(NULL, "short.tlod");
+    live_fixture f = live_begin(NULL, "short.tlod");
     tl_live_release(f.live, live_settle(f.live));
     CHECK_EQ(truncate("short.tlod", 70000), 0);
     live_do(f.live, f.ctx, f.scene, "set detail.full on");
@@ -126,24 +106,24 @@ static void test_files_that_change(void **state)
     frame = live_settle(f.live);
     CHECK(frame->is_final && !frame->note[0]);
     tl_live_release(f.live, frame);
-    close_file(&f);
+    live_end(&f);
 
     copy_file(MODEL, "removed.tlod");
-    fixture g = open_file(NULL, "removed.tlod");
+    live_fixture g = live_begin(NULL, "removed.tlod");
     CHECK_EQ(unlink("removed.tlod"), 0);
     live_do(g.live, g.ctx, g.scene, "set detail.full on");
     frame = live_settle(g.live);
     CHECK(frame->is_final);
     CHECK(frame->facts->tets == tl_source_get_facts(tl_live_source(g.live))->tets);
     tl_live_release(g.live, frame);
-    close_file(&g);
+    live_end(&g);
 }
 
 /* A scene that the file can't show is told of; the next one is shown. */
 static void test_scene_that_fails(void **state)
 {
     (void)state;
-    fixture f = open_file(NULL, MODEL);
+    live_fixture f = live_begin(NULL, MODEL);
     tl_live_release(f.live, live_settle(f.live));
     live_do(f.live, f.ctx, f.scene, "add surface channel=\"no such\"");
     CHECK(strstr(expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_ARG).text, "no such"));
@@ -152,7 +132,7 @@ static void test_scene_that_fails(void **state)
     const tl_frame *frame = live_settle(f.live);
     CHECK(frame && frame->is_final);
     tl_live_release(f.live, frame);
-    close_file(&f);
+    live_end(&f);
 }
 
 /* ---- a slow disk ---- */
@@ -162,7 +142,7 @@ static double fly(uint64_t throttle_bytes_s, double *took)
 {
     tl_live_opts opts = tl_live_opts_defaults();
     opts.throttle_bytes_s = throttle_bytes_s;
-    fixture f = open_file(&opts, MODEL);
+    live_fixture f = live_begin(&opts, MODEL);
     double start = live_now();
     while (!tl_live_get_stats(f.live).frames && live_now() < start + LIVE_PATIENCE_S)
         nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
@@ -181,7 +161,7 @@ static double fly(uint64_t throttle_bytes_s, double *took)
     tl_live_release(f.live, frame);
     *took = live_now() - start;
     double longest = tl_live_get_stats(f.live).longest_frame_s;
-    close_file(&f);
+    live_end(&f);
     return longest;
 }
 
@@ -205,7 +185,7 @@ static void test_little_memory(void **state)
     (void)state;
     tl_live_opts opts = tl_live_opts_defaults();
     opts.ram_bytes = 6 << 20;
-    fixture f = open_file(&opts, MODEL);
+    live_fixture f = live_begin(&opts, MODEL);
     live_do(f.live, f.ctx, f.scene, "set detail.full on");
     live_expect(f.live, TL_LIVE_NOTICE);
     const tl_frame *frame = live_settle(f.live);
@@ -222,7 +202,7 @@ static void test_little_memory(void **state)
     CHECK(frame && frame->is_final && !frame->note[0]);
     CHECK(frame->facts->tets == frame->facts->source_tets);
     tl_live_release(f.live, frame);
-    close_file(&f);
+    live_end(&f);
 }
 
 /* ---- graphics cards ---- */
@@ -233,7 +213,7 @@ static void test_no_card(void **state)
     (void)state;
     tl_live_opts opts = tl_live_opts_defaults();
     opts.renderer = TL_RENDERER_GL_CURRENT; /* of which there is none on the drawer's thread */
-    fixture f = {.ctx = check_ctx_create(1), .live = live_create(&opts)};
+    live_fixture f = {.ctx = check_ctx_create(1), .live = live_create(&opts)};
     CHECK_STATUS(tl_live_open(f.live, MODEL, NULL), TL_OK);
     tl_live_event e = live_expect(f.live, TL_LIVE_NOTICE);
     CHECK(strstr(e.text, "the processor draws"));
@@ -242,7 +222,7 @@ static void test_no_card(void **state)
     assert_string_equal(frame->renderer, "cpu");
     CHECK(strstr(frame->note, "processor"));
     tl_live_release(f.live, frame);
-    close_file(&f);
+    live_end(&f);
 }
 
 /* ---- asking ---- */
@@ -250,7 +230,7 @@ static void test_no_card(void **state)
 static void test_probe(void **state)
 {
     (void)state;
-    fixture f = open_file(NULL, MODEL);
+    live_fixture f = live_begin(NULL, MODEL);
     live_do(f.live, f.ctx, f.scene, "set picture.box off");
     const tl_frame *frame = live_settle(f.live);
     double px[2], distance;
@@ -272,13 +252,13 @@ static void test_probe(void **state)
     probe = tl_live_get_probe(f.live);
     CHECK(probe && !probe->is_inside && isnan(probe->xyz[0]));
     for (int i = 0; i < 20; i++) tl_live_probe(f.live, 4 * i, 50);
-    close_file(&f);
+    live_end(&f);
 }
 
 static void test_histogram(void **state)
 {
     (void)state;
-    fixture f = open_file(NULL, MODEL);
+    live_fixture f = live_begin(NULL, MODEL);
     tl_live_counts counts;
     const char *channel = tl_source_get_facts(tl_live_source(f.live))->channels[0].name;
     tl_live_release(f.live, live_settle(f.live));
@@ -293,7 +273,7 @@ static void test_histogram(void **state)
     expect_failure(f.live, TL_LIVE_HISTOGRAM, TL_ERR_ARG);
     CHECK(!tl_live_histogram(f.live, "no such", -1, false, &counts)); /* not asked again */
     CHECK(tl_live_settled(f.live));
-    close_file(&f);
+    live_end(&f);
 }
 
 /* ---- models ---- */
