@@ -82,13 +82,19 @@ void tl_image_flatten(tl_image *image, const float background[3])
     }
 }
 
+/* Comparisons, which a compiler does for many at once; NaN is 0. */
+static inline uint8_t byte_of(float value)
+{
+    value = value > 0 ? value : 0;
+    value = value < 1 ? value : 1;
+    return (uint8_t)(int)(value * 255 + 0.5F);
+}
+
 void tli_pixels_pack(const float *colors, size_t count, const float *background, uint8_t *rgba)
 {
     const float behind[4] = {background ? background[0] : 0, background ? background[1] : 0,
                              background ? background[2] : 0, background ? 1 : 0};
     for (size_t p = 0; p < count; p++)
-        for (size_t k = 0; k < 4; k++) {
-            float full = colors[4 * p + k] + (1 - colors[4 * p + 3]) * behind[k];
-            rgba[4 * p + k] = (uint8_t)(fminf(fmaxf(full, 0), 1) * 255 + 0.5F);
-        }
+        for (size_t k = 0; k < 4; k++)
+            rgba[4 * p + k] = byte_of(colors[4 * p + k] + (1 - colors[4 * p + 3]) * behind[k]);
 }

@@ -1,6 +1,7 @@
 /* From the floats of a drawing to the bytes of a window. */
 #include <math.h>
 
+#include "draw/draw.h"
 #include "live/live.h"
 
 enum { GRAIN_ROWS = 16 };
@@ -84,27 +85,13 @@ typedef struct rounding {
     uint8_t *rgba;
 } rounding;
 
-/* Comparisons, which a compiler does for many at once; NaN is 0. */
-static inline uint8_t byte_of(float value)
-{
-    value = value > 0 ? value : 0;
-    value = value < 1 ? value : 1;
-    return (uint8_t)(int)(value * 255 + 0.5F);
-}
-
 static tl_status round_rows(void *arg, size_t begin, size_t end, unsigned worker)
 {
     const rounding *r = arg;
     (void)worker;
     size_t first = begin * r->image->width, behind = end * r->image->width;
-    const float *from = r->image->rgba;
-    const float share = r->has_background ? 1 : 0;
-    const float behind_it[4] = {r->background[0], r->background[1], r->background[2], 1};
-    for (size_t p = first; p < behind; p++) {
-        float clear = share * (1 - from[4 * p + 3]);
-        for (size_t k = 0; k < 4; k++)
-            r->rgba[4 * p + k] = byte_of(from[4 * p + k] + clear * behind_it[k]);
-    }
+    tli_pixels_pack(r->image->rgba + 4 * first, behind - first,
+                    r->has_background ? r->background : NULL, r->rgba + 4 * first);
     return TL_OK;
 }
 
