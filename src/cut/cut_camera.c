@@ -91,6 +91,15 @@ tl_status tl_camera_check(tl_ctx *ctx, const tl_camera *camera)
     return tli_view_set(ctx, camera, 1, &view);
 }
 
+bool tli_camera_is_same(const tl_camera *a, const tl_camera *b)
+{
+    bool same = a->view_angle == b->view_angle && a->parallel_scale == b->parallel_scale;
+    for (int k = 0; k < 3; k++)
+        same = same && a->position[k] == b->position[k] && a->focal_point[k] == b->focal_point[k] &&
+               a->view_up[k] == b->view_up[k];
+    return same;
+}
+
 double tli_view_pixels(const tli_view *view, const double sphere[4])
 {
     for (int i = 0; i < 4; i++)

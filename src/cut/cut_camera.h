@@ -20,4 +20,7 @@ tl_status tli_view_set(tl_ctx *ctx, const tl_camera *camera, double diagonal, tl
  * lies outside of the frustum. */
 double tli_view_pixels(const tli_view *view, const double sphere[4]);
 
+/* Whether two cameras see the same, but for the sizes of their pictures. */
+bool tli_camera_is_same(const tl_camera *a, const tl_camera *b);
+
 #endif

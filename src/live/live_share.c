@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cut/cut_camera.h"
 #include "live/live.h"
 
 void tli_live_lock(tl_live *live)
@@ -142,12 +143,8 @@ bool tli_live_camera(const tl_live *live, tl_camera *camera)
 
 bool tli_live_same_camera(const tl_camera *a, const tl_camera *b)
 {
-    for (int k = 0; k < 3; k++)
-        if (a->position[k] != b->position[k] || a->focal_point[k] != b->focal_point[k] ||
-            a->view_up[k] != b->view_up[k])
-            return false;
-    return a->view_angle == b->view_angle && a->parallel_scale == b->parallel_scale &&
-           a->size_px[0] == b->size_px[0] && a->size_px[1] == b->size_px[1];
+    return tli_camera_is_same(a, b) && a->size_px[0] == b->size_px[0] &&
+           a->size_px[1] == b->size_px[1];
 }
 
 /* ---- contents ---- */

@@ -361,9 +361,8 @@ tl_status tli_maker_add(tli_maker *maker, const tli_thing *thing);
 /* The scalar of a paint on the maker's body; linear: not its logarithm. */
 tl_status tli_maker_scalar(tli_maker *maker, const tli_paint *paint, bool linear,
                            tli_scalar **scalar);
-/* The colour of a node, or another one where it is empty. Returns whether it is not. */
-bool tli_node_color(const tli_maker *maker, const tli_entry *entry, const double other[3],
-                    double rgb[3]);
+/* Lines of one colour without light; the recipe is left to the caller. */
+tli_thing tli_flat_lines(const tl_polydata *lines, const double rgb[3], double width_px);
 void tli_shape_release(tli_shape *shape);
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/base_vec.h"
+#include "cut/cut_camera.h"
 
 static const double COLOR[3] = {0.93, 0.52, 0.1};
 static const double WIDTH_PX = 1.6;
@@ -78,15 +79,6 @@ tl_status tli_frustum_lines(tl_ctx *ctx, const tl_camera *camera, const double b
     return TL_OK;
 }
 
-static bool sees_the_same(const tl_camera *a, const tl_camera *b)
-{
-    bool same = a->view_angle == b->view_angle && a->parallel_scale == b->parallel_scale;
-    for (int k = 0; k < 3; k++)
-        same = same && a->position[k] == b->position[k] && a->focal_point[k] == b->focal_point[k] &&
-               a->view_up[k] == b->view_up[k];
-    return same;
-}
-
 tl_status tli_make_frustum(tli_maker *maker, const tl_camera *camera)
 {
     tl_status st = TL_OK;
@@ -94,7 +86,7 @@ tl_status tli_make_frustum(tli_maker *maker, const tl_camera *camera)
     const tl_view *view = maker->view;
     const double *bounds = view->source->facts.bounds;
     if (!view->has_view || !tl_scene_flag(maker->agenda->scene, TL_NODE_DETAIL + 1, "frozen") ||
-        sees_the_same(&view->camera, camera))
+        tli_camera_is_same(&view->camera, camera))
         return TL_OK;
     tli_recipe recipe = tli_recipe_text(maker->body->recipe, "frustum");
     recipe = tli_recipe_bytes(recipe, &view->camera, sizeof view->camera);
@@ -104,14 +96,7 @@ tl_status tli_make_frustum(tli_maker *maker, const tl_camera *camera)
         if (!st) st = tli_maker_keep(maker, recipe, lines, NULL, &shape);
     }
     if (st) return st;
-    tli_thing thing = {.kind = TLI_THING_LINES,
-                       .recipe = recipe,
-                       .polydata = shape->parts[0],
-                       .look = tl_look_defaults(),
-                       .line = tl_line_opts_defaults()};
-    memcpy(thing.look.rgb, COLOR, sizeof thing.look.rgb);
-    thing.look.lit = false;
-    thing.line.shape = TL_LINE_FLAT;
-    thing.line.width_px = WIDTH_PX;
+    tli_thing thing = tli_flat_lines(shape->parts[0], COLOR, WIDTH_PX);
+    thing.recipe = recipe;
     return tli_maker_add(maker, &thing);
 }

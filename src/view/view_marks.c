@@ -145,15 +145,8 @@ tl_status tli_make_marks(tli_maker *maker, const tli_entry *entry)
     if (!st && !*colors) st = mark_colors(maker->ctx, levels, most_of(maker->body, levels), colors);
     if (st) return st;
     const tli_recipe version = tli_recipe_count(recipe, tl_scene_node_version(scene, entry->node));
-    tli_thing borders = {.kind = TLI_THING_LINES,
-                         .recipe = tli_recipe_count(version, 1),
-                         .polydata = shape->parts[1],
-                         .look = tl_look_defaults(),
-                         .line = tl_line_opts_defaults()};
-    memcpy(borders.look.rgb, tli_ink, sizeof borders.look.rgb);
-    borders.look.lit = false;
-    borders.line.shape = TL_LINE_FLAT;
-    borders.line.width_px = BORDER_PX;
+    tli_thing borders = tli_flat_lines(shape->parts[1], tli_ink, BORDER_PX);
+    borders.recipe = tli_recipe_count(version, 1);
     st = tli_maker_add(maker, &borders);
     tli_thing surface = {.kind = TLI_THING_TRIANGLES,
                          .recipe = tli_recipe_count(version, 2),

@@ -20,15 +20,28 @@ tli_recipe tli_maker_recipe(const tli_maker *maker, const tli_entry *entry)
     return tli_recipe_count(maker->body->recipe, (uint64_t)entry->kind);
 }
 
-bool tli_node_color(const tli_maker *maker, const tli_entry *entry, const double other[3],
-                    double rgb[3])
+/* The colour of a node, or another one where it is empty. Returns whether it is not. */
+static bool node_color(const tli_maker *m, const tli_entry *entry, const double other[3],
+                       double rgb[3])
 {
     tl_value value;
     const bool has =
-        !tl_scene_get(maker->ctx, maker->agenda->scene, entry->node, "color", &value) &&
-        value.count == 3;
+        !tl_scene_get(m->ctx, m->agenda->scene, entry->node, "color", &value) && value.count == 3;
     memcpy(rgb, has ? value.reals : other, 3 * sizeof *rgb);
     return has;
+}
+
+tli_thing tli_flat_lines(const tl_polydata *lines, const double rgb[3], double width_px)
+{
+    tli_thing thing = {.kind = TLI_THING_LINES,
+                       .polydata = lines,
+                       .look = tl_look_defaults(),
+                       .line = tl_line_opts_defaults()};
+    memcpy(thing.look.rgb, rgb, sizeof thing.look.rgb);
+    thing.look.lit = false;
+    thing.line.shape = TL_LINE_FLAT;
+    thing.line.width_px = width_px;
+    return thing;
 }
 
 void tli_shape_release(tli_shape *shape)
@@ -229,7 +242,7 @@ static tl_status make_surface(tli_maker *m, const tli_entry *entry)
     tli_thing thing = surface_of(m, entry, shape, color);
     thing.recipe = tli_recipe_count(thing.recipe, own->recipe);
     thing.look.opacity = tli_maker_real(m, entry, "opacity");
-    if (!thing.look.scalar && !tli_node_color(m, entry, GREY, thing.look.rgb)) {
+    if (!thing.look.scalar && !node_color(m, entry, GREY, thing.look.rgb)) {
         float rgb[3];
         double extinction;
         tl_transfer_at(own->transfer, tli_paint_shown(own, value), rgb, &extinction);
@@ -311,7 +324,7 @@ static tl_status make_boundary(tli_maker *m, const tli_entry *entry)
     if (st) return st;
     tli_thing thing = surface_of(m, entry, shape, color);
     thing.recipe = tli_recipe_count(thing.recipe, is_glass);
-    if (!thing.look.scalar) tli_node_color(m, entry, GREY, thing.look.rgb);
+    if (!thing.look.scalar) node_color(m, entry, GREY, thing.look.rgb);
     if (thing.look.scalar) thing.look.specular = MATT;
     thing.look.opacity = is_glass ? GLASS : opacity < 0 ? 1 : opacity;
     return tli_maker_add(m, &thing);
@@ -321,15 +334,11 @@ static tl_status make_boundary(tli_maker *m, const tli_entry *entry)
 
 static tli_thing edges_of(const tli_maker *m, const tli_entry *entry, const tli_shape *shape)
 {
-    tli_thing thing = {.kind = TLI_THING_LINES,
-                       .recipe = thing_recipe(m, entry, shape, NULL),
-                       .look = tl_look_defaults(),
-                       .line = tl_line_opts_defaults()};
-    thing.line.shape = TL_LINE_FLAT;
-    thing.line.width_px = tli_maker_real(m, entry, "width_px");
-    thing.look.lit = false;
-    tli_node_color(m, entry, tli_ink, thing.look.rgb);
-    if (shape) thing.polydata = shape->parts[0];
+    double rgb[3];
+    node_color(m, entry, tli_ink, rgb);
+    tli_thing thing =
+        tli_flat_lines(shape ? shape->parts[0] : NULL, rgb, tli_maker_real(m, entry, "width_px"));
+    thing.recipe = thing_recipe(m, entry, shape, NULL);
     return thing;
 }
 
