@@ -117,6 +117,10 @@ void tli_body_dress(const tli_body *body, const tli_scalar *scalar, tli_dressed 
 double tli_shown(bool logarithmic, double factor, double value);
 /* Length of element i; its own value where there is one component. */
 double tli_length_at(const tl_channel *channel, size_t i);
+/* Least and largest finite one of these, of a logarithmic scale above 0; both 1 (logarithmic) or 0
+ * if there are none. */
+void tli_extremes(const tl_mesh *mesh, const tl_channel *channel, bool logarithmic,
+                  double range[2]);
 double tli_volume_at(const tl_mesh *mesh, size_t tet);
 /* Says which channels there are. TL_ERR_ARG. */
 tl_status tli_unknown_channel(tl_ctx *ctx, const tl_mesh *mesh, const char *name);

@@ -197,6 +197,21 @@ double tli_length_at(const tl_channel *channel, size_t i)
     return scale * sqrt(sum);
 }
 
+void tli_extremes(const tl_mesh *mesh, const tl_channel *channel, bool logarithmic, double range[2])
+{
+    const size_t count =
+        channel->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);
+    range[0] = (double)INFINITY;
+    range[1] = -(double)INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        const double value = tli_length_at(channel, i);
+        if (!isfinite(value) || (logarithmic && !(value > 0))) continue;
+        range[0] = fmin(range[0], value);
+        range[1] = fmax(range[1], value);
+    }
+    if (!(range[0] <= range[1])) range[0] = range[1] = logarithmic ? 1 : 0;
+}
+
 double tli_volume_at(const tl_mesh *mesh, size_t tet)
 {
     double p[4][3];

@@ -171,17 +171,7 @@ tl_status tl_source_histogram(tl_ctx *ctx, tl_source *source, int64_t step, cons
     if (!found) {
         st = tli_unknown_channel(ctx, look->mesh, channel);
     } else {
-        const size_t count = found->on == TL_ON_VERTEX ? tl_mesh_vert_count(look->mesh)
-                                                       : tl_mesh_tet_count(look->mesh);
-        range[0] = (double)INFINITY;
-        range[1] = -(double)INFINITY;
-        for (size_t i = 0; i < count; i++) {
-            const double value = tli_length_at(found, i);
-            if (!isfinite(value) || (logarithmic && !(value > 0))) continue;
-            range[0] = fmin(range[0], value);
-            range[1] = fmax(range[1], value);
-        }
-        if (!(range[0] <= range[1])) range[0] = range[1] = logarithmic ? 1 : 0;
+        tli_extremes(look->mesh, found, logarithmic, range);
         const double ends[2] = {place(range[0], logarithmic), place(range[1], logarithmic)};
         fill_bins(look->mesh, found, logarithmic, ends, bins, bin_count);
     }

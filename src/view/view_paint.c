@@ -64,18 +64,11 @@ double tli_paint_value(const tli_paint *paint, double shown)
 static void measure(tli_paint *paint, const tl_mesh *mesh, const tl_channel *channel)
 {
     tl_values *v = &paint->values;
-    const size_t count =
-        channel->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);
     int exponent = 0;
-    v->least = (double)INFINITY;
-    v->most = -(double)INFINITY;
-    for (size_t i = 0; i < count; i++) {
-        const double value = tli_length_at(channel, i);
-        if (!isfinite(value) || (v->logarithmic && !(value > 0))) continue;
-        v->least = fmin(v->least, value);
-        v->most = fmax(v->most, value);
-    }
-    if (!(v->least <= v->most)) v->least = v->most = v->logarithmic ? 1 : 0;
+    double extremes[2];
+    tli_extremes(mesh, channel, v->logarithmic, extremes);
+    v->least = extremes[0];
+    v->most = extremes[1];
     const double largest = fmax(fabs(v->least), fabs(v->most));
     if (largest > 0) frexp(largest, &exponent);
     paint->factor = !v->logarithmic && abs(exponent) > EXPONENT_MOST ? ldexp(1, -exponent) : 1;
