@@ -372,6 +372,22 @@ class Interrupts(Case):
                 self.assertEqual((status, err.splitlines()[-1:]), (1, ["tetralod: stopped on request; nothing was written"]), words)
                 self.assertEqual(sorted(os.listdir(".")), before, words)
 
+    def test_ctrl_c_between_frames(self):
+        """Frames that are there are whole, and are counted."""
+        self.good("sample", "gaussians", "-o", "g.vtu", "--size", 20)
+        words = ("render", "g.vtu", "-o", "frame%d.png", "--frames", "3000", "--orbit", "90", "--size", "300x200")
+        with subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as child:
+            while not os.path.exists("frame1.png") and child.poll() is None:
+                time.sleep(0.01)
+            child.send_signal(signal.SIGINT)
+            _, err = child.communicate(timeout=60)
+        self.assertEqual(child.returncode, 1)
+        frames = [name for name in os.listdir(".") if name.startswith("frame")]
+        self.assertEqual(err.splitlines()[-1], f"tetralod: stopped on request; written, and complete: {len(frames)}")
+        for name in frames:
+            with open(name, "rb") as f:
+                self.assertEqual(f.read()[-8:-4], b"IEND")
+
     def test_second_ctrl_c_ends_at_once(self):
         self.good("sample", "gaussians", "-o", "g.vtu", "--size", 56)
         status, _ = self.interrupted(("simplify", "g.vtu", "-o", "out.vtu", "--ratio", "0.05"), signal.SIGINT, 2)

@@ -262,6 +262,7 @@ class Troubles(ViewerTest):
         for line, message in (("set nothing.value 1", "nothing"), ("fly to the moon", "fly"), ("wait long", "wait"), ("key none-such", "key"),
                               ("probe here", "probe"), ("screenshot /no/such/folder/a.png", "/no/such/folder")):
             self.fails(self.model, lines=["wait settled", line], message=message)
+        self.fails(self.model, lines=["\0"], message="expected a script, lines of UTF-8")
 
     def test_file_goes_while_it_is_open(self):
         """Removed: it stays open. Cut short: what can't be read is said, the window stays."""

@@ -199,6 +199,7 @@ static tl_status make_frame(request *r, size_t frame)
     if (!st) st = flatten(r, image);
     cli_picture_name(r->scene.session, &r->picture, frame, name);
     if (!st) st = tl_image_write_png(ctx, image, name);
+    if (!st) r->scene.session->written_count++;
     tl_image_destroy(ctx, image);
     r->write_seconds += cli_now() - start;
     if (!st) st = tl_progress(ctx, "frames", frame + 1, r->picture.frame_count);

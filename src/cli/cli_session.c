@@ -90,7 +90,11 @@ int cli_fail(cli_session *session, tl_ctx *ctx, tl_status status)
     if (session->notes_bytes) fputs(session->notes, stderr);
     session->notes_bytes = 0;
     if (status == TL_ERR_CANCELLED) {
-        fprintf(stderr, "tetralod: stopped on request; nothing was written\n");
+        if (session->written_count)
+            fprintf(stderr, "tetralod: stopped on request; written, and complete: %s\n",
+                    cli_count(session->written_count).s);
+        else
+            fprintf(stderr, "tetralod: stopped on request; nothing was written\n");
         return CLI_FAILED;
     }
     if (!*line) line = tl_status_name(status);

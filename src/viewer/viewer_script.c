@@ -435,12 +435,19 @@ bool viewer_script_begin(viewer *v)
     struct viewer_script *s = v->script;
     GError *error = NULL;
     char *text = NULL;
+    gsize bytes = 0;
     if (v->words->script) {
         const bool from_stdin = strcmp(v->words->script, "-") == 0;
-        if (!g_file_get_contents(from_stdin ? "/dev/stdin" : v->words->script, &text, NULL,
+        if (!g_file_get_contents(from_stdin ? "/dev/stdin" : v->words->script, &text, &bytes,
                                  &error)) {
             fprintf(stderr, "tetralod: %s\n", error->message);
             g_error_free(error);
+            return false;
+        }
+        if (!g_utf8_validate(text, (gssize)bytes, NULL)) {
+            fprintf(stderr, "tetralod: '%s': expected a script, lines of UTF-8\n",
+                    v->words->script);
+            g_free(text);
             return false;
         }
         s->path = g_strdup(v->words->script);
