@@ -146,6 +146,20 @@ static void release_frame(gpointer data)
     g_free(held);
 }
 
+/* A camera that was chosen for the data stays where it is once all is seen from it: what is added
+ * then does not move the picture. */
+static void keep_camera(viewer *v)
+{
+    tl_value position;
+    if (!v->frame->is_final || v->frame->scene_version != tl_scene_version(v->scene)) return;
+    if (tl_scene_undo_name(v->scene)) return;
+    if (tl_scene_get(v->ctx, v->scene, TL_NODE_CAMERA + 1, "position", &position)) return;
+    if (position.count) return;
+    const tl_status st = tl_scene_set_camera(v->ctx, v->scene, &v->frame->camera);
+    tl_scene_forget(v->ctx, v->scene);
+    if (viewer_ok(v, st)) viewer_changed(v);
+}
+
 /* Shows the newest frame. It is kept as long as the widget, or what GTK remembers of it, needs its
  * pixels. */
 static void take_frame(viewer *v)
@@ -166,6 +180,7 @@ static void take_frame(viewer *v)
     core->frame_bytes = bytes;
     viewer_picture_show(v->picture, bytes, frame->width, frame->height, is_finer);
     viewer_tell(v, VIEWER_FRAME);
+    keep_camera(v);
 }
 
 void viewer_take_scene(viewer *v, tl_scene *scene)

@@ -70,6 +70,8 @@ static void show_promise(viewer_detail *d, const tl_content_facts *facts)
     GString *text = g_string_new(NULL);
     if (!facts->is_model)
         g_string_append(text, "the mesh as it is");
+    else if (facts->whole_tets == facts->source_tets)
+        g_string_append(text, "all of the model");
     else if (isfinite(facts->error_px))
         g_string_append_printf(text, "≤ %.*f px",
                                facts->error_px > 0 && facts->error_px < 10 ? 2 : 0,
@@ -169,7 +171,8 @@ static GtkWidget *figure(const char *tooltip)
 {
     GtkWidget *label = gtk_label_new(NULL);
     gtk_label_set_xalign(GTK_LABEL(label), 0);
-    gtk_label_set_ellipsize(GTK_LABEL(label), PANGO_ELLIPSIZE_END);
+    gtk_label_set_wrap(GTK_LABEL(label), TRUE);
+    gtk_label_set_wrap_mode(GTK_LABEL(label), PANGO_WRAP_WORD_CHAR);
     gtk_widget_set_tooltip_text(label, tooltip);
     gtk_widget_add_css_class(label, "figure");
     return label;

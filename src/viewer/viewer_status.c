@@ -136,7 +136,7 @@ static gboolean on_later(gpointer data)
 static void on_frame(viewer *v, void *user)
 {
     struct viewer_status *status = user;
-    if (g_get_monotonic_time() - status->refreshed > REFRESH_US) {
+    if (v->frame->is_final || g_get_monotonic_time() - status->refreshed > REFRESH_US) {
         show_frame(v, status);
     } else if (!status->later) {
         status->later = g_timeout_add(REFRESH_US / 1000, on_later, v);

@@ -9,7 +9,7 @@
 #include "viewer_field.h"
 #include "viewer_points.h"
 
-enum { SWATCH_WIDTH = 72, SWATCH_HEIGHT = 14 };
+enum { SWATCH_WIDTH = 72, SWATCH_HEIGHT = 14, NAME_CHARS = 11 };
 enum { ROUND_PX = 1000 };
 static const char HINT[] = "Double-click adds a point";
 static const char BY_HAND[] = "by hand";
@@ -165,8 +165,13 @@ static void setup_map(GtkSignalListItemFactory *factory, GtkListItem *item, gpoi
     gtk_widget_set_size_request(swatch, SWATCH_WIDTH, SWATCH_HEIGHT);
     gtk_widget_set_valign(swatch, GTK_ALIGN_CENTER);
     gtk_widget_add_css_class(swatch, "swatch");
+    GtkWidget *label = gtk_label_new(NULL); /* one width for all names: the panel stays as wide */
+    gtk_label_set_width_chars(GTK_LABEL(label), NAME_CHARS);
+    gtk_label_set_max_width_chars(GTK_LABEL(label), NAME_CHARS);
+    gtk_label_set_ellipsize(GTK_LABEL(label), PANGO_ELLIPSIZE_END);
+    gtk_label_set_xalign(GTK_LABEL(label), 0);
     gtk_box_append(GTK_BOX(row), swatch);
-    gtk_box_append(GTK_BOX(row), gtk_label_new(NULL));
+    gtk_box_append(GTK_BOX(row), label);
     gtk_list_item_set_child(item, row);
 }
 
