@@ -143,10 +143,13 @@ struct tl_source {
     size_t look_count;
 };
 
-/* Number of the step that a scene asks for, and its time; -1, NaN: there are none. TL_ERR_ARG lists
- * them. */
+/* Number of the step that is wanted, -1: the first, and its time; -1, NaN: there are none.
+ * TL_ERR_ARG lists them. */
 tl_status tli_source_step(tl_ctx *ctx, const tl_source *source, int64_t wanted, int64_t *step,
                           double *time);
+/* The same of the step that a scene asks for. */
+tl_status tli_scene_step(tl_ctx *ctx, const tl_source *source, const tl_scene *scene, int64_t *step,
+                         double *time);
 /* Whether a channel of the model is there at a step. */
 bool tli_in_step(const tl_store_channel *channel, int64_t step);
 /* The channel of a model on vertices; TL_NONE. */

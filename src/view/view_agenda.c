@@ -194,8 +194,7 @@ static tl_status set_look(tl_ctx *ctx, tl_view *view, tli_agenda *agenda)
 tl_status tli_agenda_begin(tl_ctx *ctx, tl_view *view, const tl_scene *scene, tli_agenda *agenda)
 {
     *agenda = (tli_agenda){.scene = scene};
-    const double step = tl_scene_real(scene, TL_NODE_DATA + 1, "step");
-    tl_status st = tli_source_step(ctx, view->source, (int64_t)step, &agenda->step, &agenda->time);
+    tl_status st = tli_scene_step(ctx, view->source, scene, &agenda->step, &agenda->time);
     if (!st) st = set_look(ctx, view, agenda);
     if (st) tli_agenda_release(ctx, agenda);
     return st;

@@ -288,9 +288,7 @@ tl_status tl_view_cut(tl_ctx *ctx, tl_view *view, const tl_scene *scene,
     tl_view_request own = tl_view_request_defaults();
     const tl_view_limits limits = tl_view_limits_defaults();
     tl_status st = tli_opts_take(ctx, "tl_view_request", request, &own, sizeof own);
-    if (!st)
-        st = tli_source_step(ctx, view->source,
-                             (int64_t)tl_scene_real(scene, TL_NODE_DATA + 1, "step"), &step, &time);
+    if (!st) st = tli_scene_step(ctx, view->source, scene, &step, &time);
     if (!st) st = tli_view_move(ctx, view, scene, step, &own, &limits);
     if (!st && state) *state = view->state;
     return st;
@@ -307,8 +305,7 @@ tl_status tl_view_mesh(tl_ctx *ctx, tl_view *view, const tl_scene *scene, const 
     int64_t step;
     double time;
     *mesh = NULL;
-    tl_status st = tli_source_step(
-        ctx, view->source, (int64_t)tl_scene_real(scene, TL_NODE_DATA + 1, "step"), &step, &time);
+    tl_status st = tli_scene_step(ctx, view->source, scene, &step, &time);
     if (!st && view->source->store && !view->has_cut)
         st = tl_fail(ctx, TL_ERR_ARG, "there is no cut yet: tl_view_cut comes first");
     if (!st) st = tli_view_body(ctx, view, scene, step, time);

@@ -75,8 +75,7 @@ static tl_status look_at(tl_ctx *ctx, tl_source *source, const tl_scene *scene, 
     double time;
     tli_body *whole = NULL;
     *look = NULL;
-    tl_status st = tli_source_step(
-        ctx, source, (int64_t)tl_scene_real(scene, TL_NODE_DATA + 1, "step"), &step, &time);
+    tl_status st = tli_scene_step(ctx, source, scene, &step, &time);
     if (!st) st = tli_source_look(ctx, source, step, &whole);
     if (!st) st = tli_derive(ctx, scene, whole, look);
     tli_body_release(whole);

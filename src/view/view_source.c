@@ -215,6 +215,13 @@ tl_status tli_source_step(tl_ctx *ctx, const tl_source *source, int64_t wanted, 
     return tl_note(ctx, TL_ERR_ARG, "steps:%s", list);
 }
 
+tl_status tli_scene_step(tl_ctx *ctx, const tl_source *source, const tl_scene *scene, int64_t *step,
+                         double *time)
+{
+    const double wanted = tl_scene_real(scene, TL_NODE_DATA + 1, "step");
+    return tli_source_step(ctx, source, (int64_t)wanted, step, time);
+}
+
 uint32_t tli_source_channel(const tl_source *source, int64_t step, const char *name)
 {
     const tl_store_head *head = source->store ? tl_store_get_head(source->store) : NULL;
