@@ -86,6 +86,40 @@ static void test_former_files(void **state)
     live_end(&f);
 }
 
+/* A scene that a shell sets before it hears that another file is open was meant for the former one:
+ * it is not shown of the new one, however much else there is to hear of. */
+static void test_scene_of_the_former_file(void **state)
+{
+    (void)state;
+    live_fixture f = live_begin(NULL, MODEL);
+    tl_scene *asked = NULL, *shown = NULL;
+    tl_live_release(f.live, live_settle(f.live));
+    CHECK_OK(f.ctx, tl_scene_copy(f.ctx, f.scene, &asked));
+    CHECK_OK(f.ctx, tl_scene_do(f.ctx, asked, "set picture.title new"));
+    const tl_source *before = tl_live_source(f.live);
+    const double end = live_now() + LIVE_PATIENCE_S;
+    CHECK_STATUS(tl_live_open(f.live, MODEL, asked), TL_OK);
+    while (tl_live_source(f.live) == before && live_now() < end)
+        nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    live_do(f.live, f.ctx, f.scene, "set picture.title old");
+    for (int i = 0; i < 70; i++) { /* each answer is an event, too */
+        tl_live_probe(f.live, 80, 50);
+        while (!tl_live_get_probe(f.live) && live_now() < end)
+            nanosleep(&(struct timespec){.tv_nsec = 100000}, NULL);
+    }
+    CHECK_OK(f.ctx, tl_live_get_scene(f.live, f.ctx, &shown));
+    assert_string_equal(tl_scene_text(shown, TL_NODE_PICTURE + 1, "title"), "new");
+    live_do(f.live, f.ctx, f.scene, "set picture.title older");
+    live_expect(f.live, TL_LIVE_OPENED);
+    tl_scene_destroy(f.ctx, shown);
+    live_do(f.live, f.ctx, asked, "set picture.title newer");
+    CHECK_OK(f.ctx, tl_live_get_scene(f.live, f.ctx, &shown));
+    assert_string_equal(tl_scene_text(shown, TL_NODE_PICTURE + 1, "title"), "newer");
+    tl_scene_destroy(f.ctx, shown);
+    tl_scene_destroy(f.ctx, asked);
+    live_end(&f);
+}
+
 /* A file that is removed while it is open stays readable; one that is cut short is told of once. */
 static void test_files_that_change(void **state)
 {
@@ -320,6 +354,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_files_that_are_none),
                                        cmocka_unit_test(test_former_files),
+                                       cmocka_unit_test(test_scene_of_the_former_file),
                                        cmocka_unit_test(test_files_that_change),
                                        cmocka_unit_test(test_scene_that_fails),
                                        cmocka_unit_test(test_slow_disk),

@@ -236,10 +236,62 @@ static void built_here_drawn_there(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* ---- looks of several threads ---- */
+
+enum { ASKERS = 4 };
+
+typedef struct asker {
+    tl_ctx *ctx;
+    tl_source *source;
+    double bins[8], range[2];
+    pthread_t thread;
+} asker;
+
+static void *ask(void *arg)
+{
+    asker *a = arg;
+    CHECK_OK(a->ctx, tl_source_histogram(a->ctx, a->source, -1, "f", false, a->bins, 8, a->range));
+    return NULL;
+}
+
+/* One of them makes the look, in its own memory: the context of the source, which is another
+ * thread's, is not touched; what fails there is said to who asked. */
+static void looks_of_threads(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(1);
+    asker askers[ASKERS];
+    for (int round = 0; round < 8; round++) {
+        tl_source *source = view_model(ctx, MODEL_SIDE);
+        const uint64_t before = tl_ctx_current_bytes(ctx);
+        tl_ctx *poor = check_ctx_create(1);
+        double bins[8], range[2];
+        tl_ctx_set_budget(poor, 10000);
+        tl_fail(ctx, TL_ERR_ARG, "an older message");
+        CHECK_STATUS(tl_source_histogram(poor, source, -1, "f", false, bins, 8, range),
+                     TL_ERR_BUDGET);
+        CHECK(tl_ctx_message(poor)[0] != 0);
+        assert_string_equal(tl_ctx_message(ctx), "an older message");
+        for (int i = 0; i < ASKERS; i++)
+            askers[i] = (asker){.ctx = check_ctx_create(1), .source = source};
+        for (int i = 0; i < ASKERS; i++)
+            CHECK_EQ(pthread_create(&askers[i].thread, NULL, ask, &askers[i]), 0);
+        for (int i = 0; i < ASKERS; i++) CHECK_EQ(pthread_join(askers[i].thread, NULL), 0);
+        CHECK_EQ(source->look_count, 1);
+        CHECK_EQ(tl_ctx_current_bytes(ctx), before);
+        for (int i = 1; i < ASKERS; i++)
+            CHECK_EQ(memcmp(askers[0].bins, askers[i].bins, sizeof askers[0].bins), 0);
+        tl_source_destroy(source);
+        for (int i = 0; i < ASKERS; i++) check_ctx_destroy(askers[i].ctx);
+        check_ctx_destroy(poor);
+    }
+    check_ctx_destroy(ctx);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_allocation),
-                                       cmocka_unit_test(every_stop),
-                                       cmocka_unit_test(built_here_drawn_there)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_allocation), cmocka_unit_test(every_stop),
+        cmocka_unit_test(looks_of_threads), cmocka_unit_test(built_here_drawn_there)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -58,7 +58,8 @@ TL_API const tl_source *tl_live_source(tl_live *live);
 TL_API tl_status tl_live_get_scene(tl_live *live, tl_ctx *ctx, tl_scene **scene);
 
 /* Copies: what is shown from now on, and its camera. Ends the making of a content that it makes
- * useless. TL_ERR_MEMORY; the old one stays then. */
+ * useless. Of the file whose TL_LIVE_OPENED was taken last: nothing happens while another one waits
+ * to be taken. TL_ERR_MEMORY; the old one stays then. */
 TL_API tl_status tl_live_set_scene(tl_live *live, const tl_scene *scene);
 /* Pixels of the pictures, 1 to 16,384 each; default 1280 x 800. Out of range: the nearest. */
 TL_API void tl_live_set_size(tl_live *live, uint32_t width, uint32_t height);
@@ -133,7 +134,7 @@ typedef struct tl_live_event {
 } tl_live_event;
 
 /* The oldest event, which is taken; false: none. Of progress the newest of each job is kept, of the
- * others the last 64. */
+ * others the last 64, those of TL_LIVE_OPENED before all. */
 TL_API bool tl_live_next_event(tl_live *live, tl_live_event *event);
 
 /* ---- asking ---- */

@@ -191,9 +191,10 @@ tl_status tl_live_get_scene(tl_live *live, tl_ctx *ctx, tl_scene **scene)
 tl_status tl_live_set_scene(tl_live *live, const tl_scene *scene)
 {
     tli_live_scene *copy = NULL;
+    tl_status st = TL_OK;
     tli_live_lock(live);
-    tl_status st = tli_live_copy_scene(live, scene, &copy);
-    if (!st) {
+    if (!tli_live_has_gone_over(live)) st = tli_live_copy_scene(live, scene, &copy);
+    if (copy) {
         tli_live_show_scene(live, copy);
         tli_live_changed(live);
     }

@@ -7,14 +7,34 @@
 /* Progress is told of work that has lasted for so long, and again after so long; seconds. */
 static const double TELL_AFTER_S = 0.15, TELL_AGAIN_S = 0.05;
 
+static tl_live_event *event_at(tl_live *live, size_t i)
+{
+    return &live->events[(live->event_first + i) % TLI_LIVE_EVENTS];
+}
+
+/* The oldest event goes, but none that tells of another file as long as there are others. */
+static void make_place(tl_live *live)
+{
+    size_t gone = 0;
+    while (gone < live->event_count && event_at(live, gone)->kind == TL_LIVE_OPENED) gone++;
+    if (gone == live->event_count) gone = 0;
+    for (; gone > 0; gone--) *event_at(live, gone) = *event_at(live, gone - 1);
+    live->event_first = (live->event_first + 1) % TLI_LIVE_EVENTS;
+    live->event_count--;
+}
+
+bool tli_live_has_gone_over(tl_live *live)
+{
+    bool found = false;
+    for (size_t i = 0; i < live->event_count; i++)
+        found |= event_at(live, i)->kind == TL_LIVE_OPENED;
+    return found;
+}
+
 void tli_live_event(tl_live *live, tl_live_event_kind kind, tl_live_job job, const char *text)
 {
-    size_t at = (live->event_first + live->event_count) % TLI_LIVE_EVENTS;
-    if (live->event_count < TLI_LIVE_EVENTS)
-        live->event_count++;
-    else
-        live->event_first = (live->event_first + 1) % TLI_LIVE_EVENTS;
-    tl_live_event *e = &live->events[at];
+    if (live->event_count == TLI_LIVE_EVENTS) make_place(live);
+    tl_live_event *e = event_at(live, live->event_count++);
     *e = (tl_live_event){.kind = kind, .job = job};
     snprintf(e->text, sizeof e->text, "%s", text);
     live->has_progress[job] = false;
@@ -29,8 +49,7 @@ void tli_live_failed(tl_live *live, tl_live_job job, tl_status status, const cha
     if (repeats && strncmp(last, text, sizeof live->last_failure[job] - 1) == 0) return;
     snprintf(last, sizeof live->last_failure[job], "%s", text);
     tli_live_event(live, TL_LIVE_FAILED, job, text);
-    size_t newest = (live->event_first + live->event_count - 1) % TLI_LIVE_EVENTS;
-    live->events[newest].status = status;
+    event_at(live, live->event_count - 1)->status = status;
 }
 
 bool tli_live_progress(void *arg, const char *stage, uint64_t done, uint64_t total)

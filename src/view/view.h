@@ -129,7 +129,8 @@ tl_status tli_unknown_channel(tl_ctx *ctx, const tl_mesh *mesh, const char *name
 
 typedef struct tli_look {
     int64_t step;
-    tli_body *body;
+    tli_body *body; /* of the context that asked for it first; NULL: not made */
+    bool is_making; /* a thread is at it */
 } tli_look;
 
 struct tl_source {
@@ -139,7 +140,8 @@ struct tl_source {
     tl_store *store; /* NULL: a mesh */
     tli_body *body;  /* of a mesh */
     tli_lock lock;   /* of looks */
-    tli_look *looks; /* [look_count], of models */
+    tli_bell made;   /* a look was, or failed */
+    tli_look *looks; /* [look_count] of models; room for all steps and none */
     size_t look_count;
 };
 

@@ -103,6 +103,10 @@ static tl_status create(tl_ctx *ctx, const char *name, tl_source **source)
     if (st) return st;
     (*source)->ctx = ctx;
     st = tli_lock_create(ctx, &(*source)->lock);
+    if (!st) {
+        st = tli_bell_create(ctx, &(*source)->made);
+        if (st) tli_lock_destroy(&(*source)->lock);
+    }
     if (st) {
         tl_mem_free(ctx, *source);
         *source = NULL;
@@ -125,6 +129,9 @@ tl_status tl_source_open(tl_ctx *ctx, const char *path, tl_source **source)
     tl_status st = create(ctx, path, source);
     if (!st) st = tl_store_open(ctx, path, &(*source)->store);
     if (!st) st = set_model_facts(ctx, *source);
+    if (!st)
+        (*source)->looks =
+            tl_mem_zalloc(ctx, (*source)->facts.step_count + 1, sizeof *(*source)->looks, &st);
     return st ? fail(source, st) : TL_OK;
 }
 
@@ -166,6 +173,7 @@ void tl_source_destroy(tl_source *source)
     tli_free_const(ctx, source->facts.steps);
     tli_free_const(ctx, source->facts.channels);
     tl_mem_free(ctx, source->name);
+    tli_bell_destroy(&source->made);
     tli_lock_destroy(&source->lock);
     tl_mem_free(ctx, source);
 }
@@ -324,21 +332,18 @@ static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, t
     return st;
 }
 
-/* Under the lock. */
-static tl_status find_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
+/* The look of a step, which has a place whether it was made or not; under the lock. */
+static tli_look *look_of(tl_source *source, int64_t step)
 {
-    tl_status st = TL_OK;
     for (size_t i = 0; i < source->look_count; i++)
-        if (source->looks[i].step == step) *body = tli_body_use(source->looks[i].body);
-    if (*body) return TL_OK;
-    tli_look *grown = tl_mem_resize(source->ctx, source->looks, source->look_count + 1,
-                                    sizeof *source->looks, &st);
-    source->looks = grown;
-    if (!st) st = make_look(ctx, source, step, body);
-    if (!st) source->looks[source->look_count++] = (tli_look){step, tli_body_use(*body)};
-    return st;
+        if (source->looks[i].step == step) return &source->looks[i];
+    TL_ASSERT(source->look_count < source->facts.step_count + 1);
+    source->looks[source->look_count] = (tli_look){.step = step};
+    return &source->looks[source->look_count++];
 }
 
+/* Made by the first who asks, outside of the lock, since that reads the file, reports progress and
+ * can be cancelled; others wait for it, and one of them makes it where it failed. */
 tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
 {
     *body = NULL;
@@ -346,8 +351,21 @@ tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body
         *body = tli_body_use(source->body);
         return TL_OK;
     }
+    tl_status st = TL_OK;
     tli_lock_take(&source->lock);
-    tl_status st = find_look(ctx, source, step, body);
+    tli_look *look = look_of(source, step);
+    while (look->is_making) tli_bell_wait(&source->made, &source->lock);
+    if (!look->body) {
+        look->is_making = true;
+        tli_lock_give(&source->lock);
+        tli_body *made = NULL;
+        st = make_look(ctx, source, step, &made);
+        tli_lock_take(&source->lock);
+        look->body = made;
+        look->is_making = false;
+        tli_bell_ring(&source->made);
+    }
+    if (!st) *body = tli_body_use(look->body);
     tli_lock_give(&source->lock);
     return st;
 }
