@@ -3,8 +3,9 @@
 import os
 import unittest
 
+from viewer_case import SIZE, ViewerTest, make
 from viewer_display import SANITIZED
-from viewer_test import SIZE, TourTest, ViewerTest, make
+from viewer_test import TourTest
 
 DATA = os.environ.get("TETRALOD_DATA")
 FLIGHT_SECONDS = 90

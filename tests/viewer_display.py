@@ -7,6 +7,8 @@ import subprocess
 import tempfile
 import time
 
+import numpy as np
+
 PROGRAM = os.environ["TETRALOD_PROGRAM"]
 VIEWER = os.path.join(os.path.dirname(PROGRAM), "tetralod-view")
 SANITIZED = bool(os.environ.get("TETRALOD_SANITIZE"))
@@ -27,8 +29,10 @@ class Display:
     """Xvfb on a number that is free; close ends it."""
 
     def __init__(self, size="1280x900"):
+        self.folder = tempfile.mkdtemp(prefix="tetralod-display-")  # of the file that is the screen
         reading, writing = os.pipe()
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", size + "x24", "-nolisten", "tcp", "-noreset"],
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", size + "x24", "-nolisten", "tcp", "-noreset",
+                                        "-fbdir", self.folder],
                                        pass_fds=[writing], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(writing)
         number = ""
@@ -45,6 +49,20 @@ class Display:
     def close(self):
         self.server.terminate()  # it takes its socket along
         self.server.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def screen(self):
+        """What is on it now: [height, width, 3], the upper row first."""
+        whole = np.fromfile(os.path.join(self.folder, "Xvfb_screen0"), dtype=np.uint8)
+        head = whole[:100].view(">u4")
+        size, width, height, bits, row, colors = (int(head[i]) for i in (0, 4, 5, 11, 12, 19))
+        assert bits == 32
+        image = whole[size + 12 * colors:][:row * height].reshape(height, row)[:, :4 * width].reshape(height, width, 4)
+        return image[..., 2::-1]
+
+    def window(self, viewer, name="tetralod"):
+        """The window of a viewer of this name, in the words of xdotool."""
+        return self.tool("search", "--all", "--onlyvisible", "--pid", viewer.child.pid, "--name", name).split()[-1]
 
     def tool(self, *words):
         """xdotool; returns what it prints."""

@@ -1,74 +1,13 @@
 """The panels of the viewer, by real events of pointer and keys: values dragged on histograms, control points of
 transfer functions, maps, the list of what is shown, the level of detail. Each drag is one step of undo."""
 
-import tempfile
 import time
 import unittest
 
-from viewer_test import ViewerTest
-
-SIZE = "1200x860"
+from viewer_case import HandsTest
 
 
-class PanelsTest(ViewerTest):
-    LINES = []  # before the controls are looked for
-    CONTROLS = []
-
-    def act(self, *rounds):
-        """Each round sends events, then asks: a property is answered by its text, other words are commands."""
-        script = ["wait settled", *self.LINES, "wait settled", "wait 0.4", *("where " + name for name in self.CONTROLS)]
-        done = [tempfile.mktemp(dir=self.folder) for _ in rounds]  # files that say that the events were sent
-        for number, (_, questions) in enumerate(rounds):
-            script += [f"print round{number}", "wait for " + done[number], "wait 0.4", "wait settled"]
-            script += [word if " " in word or "." not in word else "get " + word for word in questions]
-        self.display.tool("mousemove", 0, 0)  # no tips from where it was left
-        viewer = self.start([*script, "quit"], self.model, "--size", SIZE)
-        for number, (events, _) in enumerate(rounds):
-            viewer.until(f"round{number}")
-            if number == 0:
-                lines = [line.split() for line in viewer.said]
-                self.places = {words[1]: [int(word) for word in words[2:]] for words in lines if words[:1] == ["where"]}
-                self.window = self.display.tool("search", "--all", "--onlyvisible", "--pid", viewer.child.pid, "--name", "tetralod").split()[-1]
-            events()
-            with open(done[number], "w", encoding="ascii"):
-                pass
-        status, said, err = viewer.end()
-        self.assertEqual(status, 0, err)
-        answers = [line.split(" ", 2) for line in said if line.startswith("get ")]
-        return [answer[2] if len(answer) > 2 else "" for answer in answers]
-
-    # ---- hands ----
-
-    def place(self, name, x, y):
-        """Pixels of a place in a control, given from its left upper corner; below 0: from the other end."""
-        left, top, width, height = self.places[name]
-        return left + (x if x >= 0 else width + x), top + (y if y >= 0 else height + y)
-
-    def move(self, place):
-        self.display.tool("mousemove", "--window", self.window, *map(round, place))
-        time.sleep(0.03)
-
-    def drag(self, start, end):
-        self.move(start)
-        self.display.tool("mousedown", 1)
-        for part in (0.3, 0.6, 0.9, 1, 1):
-            self.move([a + part * (b - a) for a, b in zip(start, end)])
-        self.display.tool("mouseup", 1)
-
-    def click(self, place, presses=1):
-        self.move(place)
-        self.display.tool("click", "--repeat", presses, "--delay", 40, 1)
-
-    def key(self, *keys):
-        self.display.tool("key", "--delay", 40, *keys)
-
-    def type(self, control, text):
-        self.click(self.place(control, 20, 12))
-        self.key("ctrl+a")
-        self.key(*({"-": "minus", ".": "period"}.get(letter, letter) for letter in text), "Return")
-
-
-class Values(PanelsTest):
+class Values(HandsTest):
     """An isosurface: its value on the histogram, beside it, and its opacity."""
     LINES = ["set volume1.visible off", "add surface channel=pressure value=0.02", "select surface1"]
     CONTROLS = ["value", "value-entry", "opacity-slider"]
@@ -104,7 +43,7 @@ class Values(PanelsTest):
         self.assertEqual(float(before), 1)
 
 
-class Colours(PanelsTest):
+class Colours(HandsTest):
     """A volume whose opacities have two points, at the ends of the range."""
     LINES = ["add transfer channel=pressure range_by=values range=\"-0.1 0.1\" opacities=\"-0.1,0 0.1,1\""]
     CONTROLS = ["points", "map", "low"]
@@ -166,7 +105,7 @@ class Colours(PanelsTest):
         self.assertEqual(float(text.replace(",", " ").split()[0]), -0.05)
 
 
-class Things(PanelsTest):
+class Things(HandsTest):
     CONTROLS = ["add", "volume1", "remove", "error_px-slider", "error_px"]
 
     def test_add_and_remove(self):
@@ -197,7 +136,7 @@ class Things(PanelsTest):
 
     def test_each_kind_shows_something(self):
         kinds = ["surface", "slice", "boundary", "edges", "silhouettes", "points", "lines", "clip", "threshold", "derive", "volume"]
-        self.play([line for kind in kinds for line in ("new " + kind, "wait settled")], self.model, "--size", SIZE)
+        self.play([line for kind in kinds for line in ("new " + kind, "wait settled")], self.model, "--size", self.SIZE)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,6 @@
-"""The viewer, under Xvfb: a tour through its features by script, by pointer and by keys; the same
-pictures as `tetralod render`; files, disks, displays and graphics that are not as they should be;
+"""The viewer, under Xvfb: a tour through its features by script; the same pictures as `tetralod render`; files, disks, displays and graphics that are not as they should be;
 memory and idleness. What is seen is checked by properties, not by stored pictures."""
 
-import json
 import os
 import resource
 import shutil
@@ -13,68 +11,11 @@ import unittest
 
 import numpy as np
 from render_test import pixels
-from viewer_display import PROGRAM, SANITIZED, VIEWER, Display, Viewer, environment, missing
+from viewer_case import SIZE, ViewerTest, difference, make
+from viewer_display import PROGRAM, SANITIZED, Display, environment
 
-SIZE = "860x560"  # of windows
 FRAME_PX = 12  # at most so many of a window's width and height are its frame
 FAKE_GL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}
-
-
-def run(*words, **options):
-    return subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True, check=False, timeout=200, **options)
-
-
-def make(*words):
-    done = run(*words)
-    if done.returncode:
-        raise RuntimeError(f"{words}: {done.stderr}")
-
-
-def difference(a, b):
-    """Mean of the differences of two pictures, 0 to 255."""
-    return np.abs(a[..., :3].astype(int) - b[..., :3].astype(int)).mean()
-
-
-class ViewerTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        if missing():
-            raise unittest.SkipTest(missing())
-        cls.folder = tempfile.mkdtemp(prefix="tetralod-viewer-")
-        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        cls.display = Display()
-        cls.addClassCleanup(cls.display.close)
-        grid = cls.at("flow.vtu")
-        make("sample", "sphere-flow", "-o", grid, "--size", "16")
-        cls.model = cls.at("flow.tlod")
-        make("build", grid, "-o", cls.model)
-
-    @classmethod
-    def at(cls, name):
-        return os.path.join(cls.folder, name)
-
-    def start(self, lines, *words, display=None, **options):
-        viewer = Viewer(display or self.display, self.folder, lines, *words, **options)
-        self.addCleanup(viewer.kill)
-        return viewer
-
-    def play(self, lines, *words, status=0, **options):
-        """Runs a script to its end: (lines said, stderr)."""
-        found, said, err = self.start([*lines, "quit"], *words, **options).end()
-        self.assertEqual(found, status, f"{said} {err}")
-        if status == 0:
-            self.assertEqual([line for line in err.splitlines() if ": note: " not in line], [])
-        return said, err
-
-    def property_of(self, name, *path):
-        """A value of a scene that was saved; things by their names."""
-        with open(self.at(name), encoding="utf-8") as f:
-            value = json.load(f)
-        if path[0] not in value:
-            value = {thing["name"]: thing for thing in value["things"]}
-        for key in path:
-            value = value[key]
-        return value
 
 
 class Pictures(ViewerTest):
@@ -162,77 +103,6 @@ class TourTest(ViewerTest):
 class Tour(TourTest):
     def test_sample(self):
         self.tour(self.model, "volume1", "pressure", 0.3, "velocity")
-
-
-class Hands(ViewerTest):
-    """Real events of pointer and keys."""
-
-    def act(self, lines, events, *words):
-        """Starts the viewer, runs lines, sends events(window, view), then saves the scene as after.json."""
-        viewer = self.start(["wait settled", *lines, "wait settled", "print-tools", "print ready", "wait 1.2", "wait settled",
-                             "save-scene " + self.at("after.json"), "print-tools", "quit"], self.model, "--size", SIZE, *words)
-        view = [float(word) for word in viewer.until("view").split()[1:]]
-        viewer.until("ready")
-        self.handles = {}
-        for line in viewer.said:
-            if line.startswith("handle"):
-                _, name, _, x, y = line.split()
-                self.handles.setdefault(name, []).append((float(x), float(y)))
-        window = self.display.tool("search", "--onlyvisible", "--pid", viewer.child.pid).split()[-1]
-        events(window, view)
-        status, said, err = viewer.end()
-        self.assertEqual(status, 0, err)
-        return said
-
-    def drag(self, window, view, start, end, button=1):
-        """In parts of the view; a drag needs more than one motion."""
-        places = [start, [(a + b) / 2 for a, b in zip(start, end)], end, end]
-        for i, (x, y) in enumerate(places):
-            self.display.tool("mousemove", "--window", window, int(view[0] + x * view[2]), int(view[1] + y * view[3]))
-            if i == 0:
-                self.display.tool("mousedown", button)
-        self.display.tool("mouseup", button)
-
-    def test_drag_turns_and_wheel_zooms(self):
-        self.play(["wait settled", "save-scene " + self.at("before.json")], self.model, "--size", SIZE)
-        self.act([], lambda window, view: self.drag(window, view, (0.3, 0.7), (0.6, 0.6)))
-        before, after = (np.array(self.property_of(name, "camera", "position"), float) if self.property_of(name, "camera").get("position") else None
-                         for name in ("before.json", "after.json"))
-        self.assertIsNotNone(after)
-        self.assertTrue(before is None or np.linalg.norm(before - after) > 0.1)
-
-    def test_keys(self):
-        def press(window, _):
-            self.display.tool("mousemove", "--window", window, 300, 300)
-            self.display.tool("key", "--window", window, "5")
-        self.act([], press)
-        direction = np.array(self.property_of("after.json", "camera", "position"), float) - np.array(self.property_of("after.json", "camera", "focal_point"), float)
-        self.assertGreater(direction[2], 0.99 * np.linalg.norm(direction))  # from above
-
-    def test_slice_is_dragged(self):
-        """The handle in the middle of a slice that is seen from the side; one step of undo."""
-        lines = ["view 90,0", "add slice plane=y color_by=pressure", "set volume1.visible off", "view 90,0"]
-        def drag(window, view):
-            x, y = self.handles["slice1"][0]
-            self.drag(window, view, (x / view[2], y / view[3]), (x / view[2] + 0.1, y / view[3]))
-        said = self.act([*lines, "seal"], drag)
-        plane = self.property_of("after.json", "slice1", "plane")
-        self.assertEqual([plane[3], plane[5]], [0, 0])
-        self.assertGreater(abs(plane[1]), 0.5)
-        # the handle follows the pointer; from the middle, since panels may take more room then
-        widths = [float(line.split()[3]) for line in said if line.startswith("view")]
-        places = [float(line.split()[3]) for line in said if line.startswith("handle\tslice1 1 ")]
-        moved = (places[-1] - widths[-1] / 2) - (places[0] - widths[0] / 2)
-        self.assertLess(abs(moved - 0.1 * widths[0]), 5)
-
-    def test_probe_hovers(self):
-        def hover(window, view):
-            for x in (0.4, 0.45, 0.5):
-                self.display.tool("mousemove", "--window", window, int(view[0] + x * view[2]), int(view[1] + 0.35 * view[3]))
-                time.sleep(0.1)
-        said = self.act(["key i"], hover)
-        self.assertTrue(any(line.startswith("position") for line in said), said)
-        self.assertTrue(any(line.startswith("pressure") for line in said), said)
 
 
 class Troubles(ViewerTest):

@@ -157,8 +157,8 @@ static void drag_to(viewer *v, void *user, const viewer_pointer *p)
     (void)user;
     double value[6];
     struct viewer_grips *grips = v->tools->grips;
-    const grip *held = &grips->grips[grips->held];
     if (grips->held < 0) return;
+    const grip *held = &grips->grips[grips->held];
     if (held->is_box)
         viewer_handle_drag_box(&grips->drag, p->x, p->y, value);
     else
