@@ -99,9 +99,9 @@ typedef enum viewer_tone { VIEWER_INFO = 0, VIEWER_WARNING, VIEWER_ERROR } viewe
  */
 void viewer_say(viewer *v, viewer_tone tone, const char *format, ...) G_GNUC_PRINTF(3, 4);
 
-/* The same with a button; fn(v) when it is pressed. */
-void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), const char *format, ...)
-    G_GNUC_PRINTF(4, 5);
+/* The same with a button; fn(v) when it is pressed, refuse(v) (may be NULL) when it is closed. */
+void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), void (*refuse)(viewer *v),
+                  const char *format, ...) G_GNUC_PRINTF(5, 6);
 
 /* ---- places: pixels are those of the widget picture, from its upper left corner ---- */
 

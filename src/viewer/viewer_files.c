@@ -467,7 +467,7 @@ static void on_source(viewer *v, void *user)
     fill_recent(v);
     if (facts->is_model || facts->tets < MANY_TETS || v->words->script) return;
     char *tets = viewer_count_text((double)facts->tets);
-    viewer_offer(v, "Build a model…", build_of_open,
+    viewer_offer(v, "Build a model…", build_of_open, NULL,
                  "A mesh of %s tets. As a model it opens at once and turns smoothly.", tets);
     g_free(tets);
 }

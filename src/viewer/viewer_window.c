@@ -16,7 +16,7 @@ struct viewer_shell {
     GtkWidget *welcome, *recent; /* what is there instead of a picture */
     GtkWidget *bar, *bar_text, *bar_button;
     viewer_tone bar_tone;
-    void (*bar_fn)(viewer *v);
+    void (*bar_fn)(viewer *v), (*bar_refuse)(viewer *v);
     guint bar_timeout;
     GtkWidget *progress, *progress_text, *progress_bar;
     void (*cancel)(viewer *v);
@@ -40,7 +40,7 @@ static void hide_bar(viewer *v)
     struct viewer_shell *shell = v->shell;
     if (shell->bar_timeout) g_source_remove(shell->bar_timeout);
     shell->bar_timeout = 0;
-    shell->bar_fn = NULL;
+    shell->bar_fn = shell->bar_refuse = NULL;
     gtk_info_bar_set_revealed(GTK_INFO_BAR(shell->bar), FALSE);
 }
 
@@ -55,13 +55,13 @@ static gboolean on_bar_timeout(gpointer data)
 static void on_bar_response(GtkInfoBar *bar, int response, viewer *v)
 {
     (void)bar;
-    void (*fn)(viewer *) = v->shell->bar_fn;
+    void (*fn)(viewer *) = response == GTK_RESPONSE_OK ? v->shell->bar_fn : v->shell->bar_refuse;
     hide_bar(v);
-    if (response == GTK_RESPONSE_OK && fn) fn(v);
+    if (fn) fn(v);
 }
 
 static void show_bar(viewer *v, viewer_tone tone, const char *text, const char *button,
-                     void (*fn)(viewer *v))
+                     void (*fn)(viewer *v), void (*refuse)(viewer *v))
 {
     static const GtkMessageType TYPES[] = {GTK_MESSAGE_INFO, GTK_MESSAGE_WARNING,
                                            GTK_MESSAGE_ERROR};
@@ -74,6 +74,7 @@ static void show_bar(viewer *v, viewer_tone tone, const char *text, const char *
     if (button) gtk_button_set_label(GTK_BUTTON(shell->bar_button), button);
     shell->bar_tone = tone;
     shell->bar_fn = fn;
+    shell->bar_refuse = refuse;
     gtk_info_bar_set_revealed(GTK_INFO_BAR(shell->bar), TRUE);
     if (tone == VIEWER_INFO && !button)
         shell->bar_timeout = g_timeout_add_seconds(INFO_SECONDS, on_bar_timeout, v);
@@ -85,17 +86,18 @@ void viewer_say(viewer *v, viewer_tone tone, const char *format, ...)
     va_start(arguments, format);
     char *text = g_strdup_vprintf(format, arguments);
     va_end(arguments);
-    show_bar(v, tone, text, NULL, NULL);
+    show_bar(v, tone, text, NULL, NULL, NULL);
     g_free(text);
 }
 
-void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), const char *format, ...)
+void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), void (*refuse)(viewer *v),
+                  const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
     char *text = g_strdup_vprintf(format, arguments);
     va_end(arguments);
-    show_bar(v, VIEWER_INFO, text, button, fn);
+    show_bar(v, VIEWER_INFO, text, button, fn, refuse);
     g_free(text);
 }
 
