@@ -20,8 +20,15 @@ struct viewer_core {
     int gestures;            /* that go on */
     atomic_int is_woken;     /* the loop will look for frames and events */
     GBytes *frame_bytes;     /* keeps v->frame */
-    bool is_ended;
+    GPtrArray *held;         /* held_frame: those that the window, or GTK, has */
+    bool is_ended;           /* parts are going: nothing is told any more */
 };
+
+/* A frame whose pixels a texture shows. */
+typedef struct held_frame {
+    viewer *v; /* NULL: it was given back, as the live view goes */
+    const tl_frame *frame;
+} held_frame;
 
 /* ---- signals ---- */
 
@@ -34,6 +41,7 @@ void viewer_listen(viewer *v, viewer_signal signal, viewer_listener listener, vo
 void viewer_tell(viewer *v, viewer_signal signal)
 {
     const GArray *ears = v->core->ears[signal];
+    if (v->core->is_ended) return;
     for (guint i = 0; i < ears->len; i++) {
         const ear e = g_array_index(ears, ear, i);
         e.listener(v, e.user);
@@ -69,6 +77,7 @@ void viewer_flush(viewer *v)
     struct viewer_core *core = v->core;
     if (core->flush_source) g_source_remove(core->flush_source);
     core->flush_source = 0;
+    if (core->is_ended) return;
     const uint64_t things = things_version(v->scene);
     const uint64_t camera = tl_scene_node_version(v->scene, TL_NODE_CAMERA + 1);
     const bool other_things = things != core->things, other_camera = camera != core->camera;
@@ -91,7 +100,7 @@ static gboolean on_flush(gpointer data)
 
 void viewer_changed(viewer *v)
 {
-    if (!v->core->flush_source)
+    if (!v->core->flush_source && !v->core->is_ended)
         v->core->flush_source = g_idle_add_full(G_PRIORITY_HIGH_IDLE, on_flush, v, NULL);
 }
 
@@ -141,9 +150,24 @@ void viewer_end_gesture(viewer *v)
 
 static void release_frame(gpointer data)
 {
-    void **held = data;
-    tl_live_release(held[0], held[1]);
+    held_frame *held = data;
+    if (held->v) {
+        tl_live_release(held->v->live, held->frame);
+        g_ptr_array_remove_fast(held->v->core->held, held);
+    }
     g_free(held);
+}
+
+/* What GTK keeps of a window that is gone (a widget whose drag has not ended) is not drawn again:
+ * its frames go back before the live view ends. */
+static void release_held(struct viewer_core *core, tl_live *live)
+{
+    for (guint i = 0; i < core->held->len; i++) {
+        held_frame *held = g_ptr_array_index(core->held, i);
+        tl_live_release(live, held->frame);
+        held->v = NULL;
+    }
+    g_ptr_array_free(core->held, TRUE);
 }
 
 /* A camera that was chosen for the data stays where it is once all is seen from it: what is added
@@ -167,9 +191,9 @@ static void take_frame(viewer *v)
     struct viewer_core *core = v->core;
     const tl_frame *frame = tl_live_frame(v->live);
     if (!frame) return;
-    void **held = g_new(void *, 2);
-    held[0] = v->live;
-    held[1] = (void *)(uintptr_t)frame;
+    held_frame *held = g_new(held_frame, 1);
+    *held = (held_frame){v, frame};
+    g_ptr_array_add(core->held, held);
     GBytes *bytes = g_bytes_new_with_free_func(frame->rgba, (gsize)frame->width * frame->height * 4,
                                                release_frame, held);
     const bool is_finer = v->frame && v->frame->width == frame->width &&
@@ -282,6 +306,7 @@ bool viewer_core_create(viewer *v)
     tl_live_opts opts = tl_live_opts_defaults();
     tl_ctx_opts ctx_opts = tl_ctx_opts_defaults();
     v->core = g_new0(struct viewer_core, 1);
+    v->core->held = g_ptr_array_new();
     for (int i = 0; i < VIEWER_SIGNAL_COUNT; i++)
         v->core->ears[i] = g_array_new(FALSE, FALSE, sizeof(ear));
     opts.thread_count = (unsigned)v->words->thread_count;
@@ -298,6 +323,17 @@ bool viewer_core_create(viewer *v)
     return !st;
 }
 
+void viewer_core_end(viewer *v)
+{
+    viewer_tell(v, VIEWER_END);
+    v->core->is_ended = true;
+}
+
+bool viewer_core_is_ended(const viewer *v)
+{
+    return v->core->is_ended;
+}
+
 void viewer_core_destroy(viewer *v)
 {
     struct viewer_core *core = v->core;
@@ -305,6 +341,7 @@ void viewer_core_destroy(viewer *v)
     if (core->flush_source) g_source_remove(core->flush_source);
     if (core->frame_bytes) g_bytes_unref(core->frame_bytes);
     v->frame = NULL;
+    release_held(core, v->live);
     tl_live_destroy(v->live);
     while (g_idle_remove_by_data(v)) {
     }

@@ -10,6 +10,10 @@
  * when the window is gone. */
 bool viewer_core_create(viewer *v);
 void viewer_core_destroy(viewer *v);
+/* Tells the parts VIEWER_END. What widgets do on their way out (a drag ends, an entry loses the
+ * keys) is told to nobody then, and says nothing. */
+void viewer_core_end(viewer *v);
+bool viewer_core_is_ended(const viewer *v);
 void viewer_tell(viewer *v, viewer_signal signal);
 /* Does at once what viewer_changed does when the loop is idle. */
 void viewer_flush(viewer *v);

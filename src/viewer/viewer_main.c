@@ -140,7 +140,7 @@ static void on_activate(GtkApplication *app, viewer *v)
 
 static void tear_down(viewer *v)
 {
-    viewer_tell(v, VIEWER_END);
+    viewer_core_end(v);
     if (!viewer_script_destroy(v)) v->exit_status = FAILED;
     viewer_save_end(v);
     viewer_session_destroy(v);

@@ -66,6 +66,7 @@ static void show_bar(viewer *v, viewer_tone tone, const char *text, const char *
     static const GtkMessageType TYPES[] = {GTK_MESSAGE_INFO, GTK_MESSAGE_WARNING,
                                            GTK_MESSAGE_ERROR};
     struct viewer_shell *shell = v->shell;
+    if (viewer_core_is_ended(v)) return;
     viewer_script_said(v, tone, text);
     hide_bar(v);
     gtk_info_bar_set_message_type(GTK_INFO_BAR(shell->bar), TYPES[tone]);
