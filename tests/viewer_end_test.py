@@ -40,8 +40,7 @@ class End(ViewerTest):
         self.display.tool("key", "--delay", 40, "3")
 
     def test_a_slider_is_dragged(self):
-        for _ in range(2):  # a change may or may not be on its way
-            self.ended("error_px-slider", self.hold)
+        self.ended("error_px-slider", self.hold)
 
     def test_a_value_is_dragged(self):
         self.ended("value", self.hold, ["set volume1.visible off", "add surface channel=pressure value=0.02", "select surface1"])
@@ -51,8 +50,6 @@ class End(ViewerTest):
 
     def test_an_entry_is_written_in(self):
         self.ended("error_px", self.write)
-        self.ended("value-entry", self.write, ["add surface channel=pressure value=0.02", "select surface1"])
-        self.ended("low", self.write)
 
 
 if __name__ == "__main__":

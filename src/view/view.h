@@ -156,7 +156,8 @@ tl_status tli_scene_step(tl_ctx *ctx, const tl_source *source, const tl_scene *s
 bool tli_in_step(const tl_store_channel *channel, int64_t step);
 /* The channel of a model on vertices; TL_NONE. */
 uint32_t tli_source_channel(const tl_source *source, int64_t step, const char *name);
-/* A coarse mesh of a model at a step, with all channels; of a mesh itself. Gives *body, used. */
+/* A coarse mesh of a model at a step, with all channels, which is shared with other views; of a
+ * mesh itself. Gives *body, used: one of the caller's own, that borrows the mesh. */
 tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body);
 /* The mesh of a cut as it is drawn. channels [channel_count] of the model. */
 tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, const size_t *channels,

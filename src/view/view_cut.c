@@ -264,8 +264,8 @@ tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
         st = tli_source_mesh(ctx, view->source, view->cut, view->channels, view->channel_count,
                              time, recipe, &whole);
     else
-        whole = tli_body_use(view->source->body);
-    if (view->look && view->look->recipe == tli_derive_recipe(recipe, scene))
+        st = tli_source_look(ctx, view->source, step, &whole);
+    if (!st && view->look && view->look->recipe == tli_derive_recipe(recipe, scene))
         derived = tli_body_use(view->look);
     else if (!st)
         st = tli_derive(ctx, scene, whole, &derived);

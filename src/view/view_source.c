@@ -344,13 +344,8 @@ static tli_look *look_of(tl_source *source, int64_t step)
 
 /* Made by the first who asks, outside of the lock, since that reads the file, reports progress and
  * can be cancelled; others wait for it, and one of them makes it where it failed. */
-tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
+static tl_status shared_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
 {
-    *body = NULL;
-    if (source->body) {
-        *body = tli_body_use(source->body);
-        return TL_OK;
-    }
     tl_status st = TL_OK;
     tli_lock_take(&source->lock);
     tli_look *look = look_of(source, step);
@@ -367,5 +362,16 @@ tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body
     }
     if (!st) *body = tli_body_use(look->body);
     tli_lock_give(&source->lock);
+    return st;
+}
+
+tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
+{
+    tli_body *shared = source->body ? tli_body_use(source->body) : NULL;
+    tl_status st = shared ? TL_OK : shared_look(ctx, source, step, &shared);
+    *body = NULL;
+    /* views on other threads have it, too: what each computes of it is its own */
+    if (!st) st = tli_body_borrow(ctx, shared, shared->recipe, body);
+    tli_body_release(shared);
     return st;
 }
