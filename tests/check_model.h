@@ -40,7 +40,8 @@ static inline int check_model_by_place(const void *a, const void *b)
     const check_model_vert *x = a, *y = b;
     for (int k = 0; k < 3; k++)
         if (x->place[k] != y->place[k]) return x->place[k] < y->place[k] ? -1 : 1;
-    return (int)x->twin - (int)y->twin;
+    if (x->twin != y->twin) return (int)x->twin - (int)y->twin;
+    return (int)x->shared - (int)y->shared;
 }
 
 /* The mesh of a level with its channels. A vertex that is not shared is itself alone; values of

@@ -35,6 +35,7 @@ typedef struct tli_field {
     double range[2];     /* of the values, or of their norms */
     double width;        /* what errors are fractions of */
     double bound;        /* that the codec keeps, in the channel's unit */
+    double moved;        /* what a vertex's move may change a value at its original place by */
     double scale;        /* values to cost units */
     tl_value_code code;  /* how values are stored */
     uint64_t nonfinite_count;

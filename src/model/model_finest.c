@@ -180,10 +180,12 @@ static tl_status carry(job *j, int kind)
         st = tli_carrier_locate(&carrier, record, tet, &tet, w, &distance);
         if (st) break;
         if (is_point) leave_twin(j, i, &tet, w, &distance);
-        uint32_t part = j->part[tet];
+        /* outside it goes with its own vertex: what is nearest may be the other side of a gap */
+        tl_lidx holder = is_point && distance > 0 ? j->tet_of[i] : tet;
+        uint32_t part = j->part[holder];
         tli_carrier_measure(&carrier, kind, record, tet, w, distance,
                             j->product->patches[part].squares);
-        st = tli_dealer_add(&dealer, part, record, j->tet_local[tet]);
+        st = tli_dealer_add(&dealer, part, record, j->tet_local[holder]);
         j->carried[kind]++;
     }
     st = tli_dealer_close(&dealer, st);

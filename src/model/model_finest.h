@@ -37,6 +37,10 @@ void tli_finest_snap(const tli_finest *finest, const tl_segment *segment, const 
 
 /* ---- model_twins.c ---- */
 tl_status tli_finest_number_twins(tli_finest *finest);
+/* Marks in wanted [vert_count] the vertices of a segment whose step is larger than that of another
+ * one at the same place: all of a place are to stay together. */
+tl_status tli_finest_even_twins(tl_ctx *ctx, const tl_segment *segment, const int16_t *steps,
+                                uint8_t *wanted);
 
 /* ---- marks, model_lattice.c ---- */
 tl_status tli_marks_open(tl_ctx *ctx, const tli_finest *finest, tli_marks *marks);

@@ -1,7 +1,8 @@
 /* Where the vertices of the finest level may lie: a lattice over the whole data set, of which each
  * vertex has a step, a power of two. Steps are as large as the bound on places allows, and finer
- * where a tet would turn or go flat. A segment is looked at again while vertices of it change; what
- * it wants of a vertex all segments that hold the vertex hear. */
+ * where a tet would turn or go flat, or a move would change a value by more than storing it may. A
+ * segment is looked at again while vertices of it change; what it wants of a vertex all segments
+ * that hold the vertex hear. */
 #include <math.h>
 
 #include "base/base_predicates.h"
@@ -166,20 +167,87 @@ static tl_status listen(tl_ctx *ctx, const agree_job *j, look *l)
     return !st && changed ? tli_marks_write(ctx, f, &f->finer, s, l->finer) : st;
 }
 
-/* Marks the vertices of tets that turn. */
-static bool check_tets(const tl_segment *s, const double *xyz, uint8_t *wanted)
+/* Marks the vertices of tets that turn: those of the largest step, so that vertices at one place
+ * come to have one step. */
+static void check_tets(const look *l)
 {
-    bool broken = false;
+    const tl_segment *s = &l->segment;
     for (size_t t = 0; t < s->tet_count; t++) {
         const uint16_t *q = s->tets + 4 * t;
-        int after = sign_of(xyz, q);
+        int after = sign_of(l->xyz, q), largest = INT16_MIN;
         if (after > 0) continue;
         int before = sign_of(s->xyz, q);
         if (before == after || (before < 0 && after <= 0)) continue;
-        for (int i = 0; i < 4; i++) wanted[q[i]] = 1;
-        broken = true;
+        for (int i = 0; i < 4; i++)
+            if (l->steps[q[i]] > largest) largest = l->steps[q[i]];
+        for (int i = 0; i < 4; i++)
+            if (l->steps[q[i]] == largest) l->wanted[q[i]] = 1;
     }
-    return broken;
+}
+
+/* Where the originals of a tet's corners are in it: parts[i][j] of the change from corner 0 to
+ * corner j + 1 lie between corner i and its original. False: no corner has moved, or the tet is
+ * flat. */
+static bool find_moves(const tl_segment *s, const double *xyz, const uint16_t *q,
+                       double parts[4][3])
+{
+    double e[3][3], normal[3][3];
+    const double *x0 = xyz + 3 * (size_t)q[0];
+    bool has_moved = false;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) e[i][k] = xyz[3 * (size_t)q[i + 1] + (size_t)k] - x0[k];
+    for (int i = 0; i < 3; i++) {
+        const double *a = e[(i + 1) % 3], *b = e[(i + 2) % 3];
+        for (int k = 0; k < 3; k++) {
+            int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+            normal[i][k] = a[k1] * b[k2] - a[k2] * b[k1];
+        }
+    }
+    double six = e[0][0] * normal[0][0] + e[0][1] * normal[0][1] + e[0][2] * normal[0][2];
+    for (int i = 0; i < 4; i++) {
+        double move[3];
+        for (size_t k = 0; k < 3; k++) {
+            move[k] = s->xyz[3 * (size_t)q[i] + k] - xyz[3 * (size_t)q[i] + k];
+            has_moved |= move[k] != 0;
+        }
+        for (int j = 0; j < 3; j++) {
+            const double *n = normal[j];
+            parts[i][j] = (n[0] * move[0] + n[1] * move[1] + n[2] * move[2]) / six;
+        }
+    }
+    return has_moved && six > 0;
+}
+
+/* Marks the vertices whose moves change a value at their original places by more than is left for
+ * them (set_code in model_plan.c), unless the lattice has no finer step. */
+static void check_values(const agree_job *j, const look *l)
+{
+    const tli_plan *plan = j->finest->model->plan;
+    const tl_segment *s = &l->segment;
+    for (size_t t = 0; t < s->tet_count; t++) {
+        const uint16_t *q = s->tets + 4 * t;
+        double parts[4][3];
+        if (!find_moves(s, l->xyz, q, parts)) continue;
+        for (size_t i = 0; i < plan->field_count; i++) {
+            const tli_field *f = &plan->fields[i];
+            const double *from = s->values + f->source_first;
+            double change[4] = {0};
+            if (f->on != TL_ON_VERTEX) continue;
+            for (size_t c = 0; c < f->components; c++) {
+                const double first = from[plan->source_vert_comps * q[0] + c];
+                double d[3];
+                for (int k = 0; k < 3; k++)
+                    d[k] = from[plan->source_vert_comps * q[k + 1] + c] - first;
+                for (int k = 0; k < 4; k++) {
+                    double by = parts[k][0] * d[0] + parts[k][1] * d[1] + parts[k][2] * d[2];
+                    change[k] += by * by;
+                }
+            }
+            for (int k = 0; k < 4; k++)
+                if (change[k] > f->moved * f->moved && l->steps[q[k]] > j->finest->unit)
+                    l->wanted[q[k]] = 1;
+        }
+    }
 }
 
 static tl_status look_at(tl_ctx *ctx, const agree_job *j, look *l)
@@ -195,11 +263,18 @@ static tl_status look_at(tl_ctx *ctx, const agree_job *j, look *l)
     if (!st) st = tli_marks_read(ctx, j->finest, &j->finest->finer, s, l->finer);
     if (!st) st = listen(ctx, j, l);
     if (st) return st;
-    for (size_t v = 0; v < n; v++) l->steps[v] = step_of(j->finest, l->finer[v]);
+    bool is_even = true;
+    for (size_t v = 0; v < n; v++) {
+        l->steps[v] = step_of(j->finest, l->finer[v]);
+        is_even &= l->finer[v] == 0;
+    }
     tli_finest_snap(j->finest, s, l->steps, l->xyz);
-    if (!check_tets(s, l->xyz, l->wanted)) return TL_OK;
+    check_tets(l);
+    check_values(j, l);
+    if (!is_even) st = tli_finest_even_twins(ctx, s, l->steps, l->wanted);
     for (size_t v = 0; v < n; v++)
         if (l->wanted[v]) l->words[count++] = s->vert_ids[v];
+    if (st || count == 0) return st;
     return tli_mail_put(ctx, j->said, s->id, l->words, count);
 }
 

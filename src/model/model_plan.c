@@ -73,10 +73,12 @@ static double codec_bound(const tl_build_opts *o, const tli_field *f)
     return o->channel_error * f->width;
 }
 
-/* Half of the bound is left for what moving the vertices to their lattice adds. */
-static void set_code(tli_field *f)
+/* Half of the bound is left for what moving the vertices to their lattice adds; a channel that is
+ * stored as it is gets half of what others get. */
+static void set_code(const tl_build_opts *o, tli_field *f)
 {
     double step = f->bound / sqrt(f->components);
+    f->moved = (f->bound > 0 ? f->bound : o->channel_error * f->width) / 2;
     f->code = (tl_value_code){TL_VALUE_LATTICE, step};
     double largest = fmax(fabs(f->range[0]), fabs(f->range[1]));
     bool fits = step > 0 && largest / step < 0x1p52;
@@ -134,7 +136,7 @@ static tl_status set_field(tli_plan *p, const tl_segment_channel *c,
     memcpy(f->range, found->range, sizeof f->range);
     f->width = width_of(found);
     f->bound = codec_bound(&p->opts, f);
-    set_code(f);
+    set_code(&p->opts, f);
     f->scale = f->width > 0 && isfinite(1 / f->width) ? 1 / f->width : 0;
     return TL_OK;
 }

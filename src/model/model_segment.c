@@ -77,35 +77,39 @@ tl_status tli_segment_probe(tl_ctx *ctx, const tli_level *level, const tli_segme
 
 /* ---- the originals, first time: where they are, and what the values should be ---- */
 
-static tl_lidx hint_of(const job *j, uint32_t input, const double *record, size_t doubles)
+/* In the star of the corner of its tet that is nearest to it, of those that are left; searched from
+ * the other corners, too, before it is said not to be near: a search that begins elsewhere may end
+ * on the other side of a gap. */
+static bool place_near(const job *j, uint32_t input, const double *record, size_t doubles,
+                       tl_lidx *tet, double weights[4])
 {
     const tl_mesh *old = j->weld.mesh;
-    size_t tet = j->weld.tet_base[input] + tli_record_tet(record, doubles);
-    tl_lidx best = TL_NONE;
-    double nearest = (double)INFINITY;
+    const tl_lidx *q = old->tets + 4 * (j->weld.tet_base[input] + tli_record_tet(record, doubles));
+    double d2[4] = {0}, distance;
     for (size_t i = 0; i < 4; i++) {
-        tl_lidx v = old->tets[4 * tet + i];
-        const double *x = old->xyz + 3 * (size_t)v;
-        double d2 = 0;
-        for (int k = 0; k < 3; k++) d2 += (x[k] - record[k]) * (x[k] - record[k]);
-        if (j->piece.hints[v] == TL_NONE || !(d2 < nearest)) continue;
-        nearest = d2;
-        best = j->piece.hints[v];
+        const double *x = old->xyz + 3 * (size_t)q[i];
+        for (int k = 0; k < 3; k++) d2[i] += (x[k] - record[k]) * (x[k] - record[k]);
+        if (j->piece.hints[q[i]] == TL_NONE) d2[i] = (double)INFINITY;
     }
-    return best;
+    for (;;) {
+        size_t i = 0;
+        for (size_t k = 1; k < 4; k++)
+            if (d2[k] < d2[i]) i = k;
+        if (!(d2[i] < (double)INFINITY)) return false;
+        d2[i] = (double)INFINITY;
+        if (tli_carrier_near(&j->carrier, record, j->piece.hints[q[i]], tet, weights, &distance))
+            return true;
+    }
 }
 
 static tl_status place_window(void *user, tli_record_window *w, unsigned worker)
 {
     const job *j = user;
     size_t doubles = tli_record_doubles(j->plan, j->kind);
-    double distance;
     (void)worker;
     for (size_t r = 0; r < w->count; r++) {
         const double *record = w->records + r * doubles;
-        tl_lidx hint = hint_of(j, w->input, record, doubles);
-        if (tli_carrier_near(&j->carrier, record, hint, &w->tets[r], w->weights[r], &distance))
-            continue;
+        if (place_near(j, w->input, record, doubles, &w->tets[r], w->weights[r])) continue;
         w->tets[r] = TL_NONE;
         w->left++;
     }

@@ -1,6 +1,7 @@
 /* Vertices at one place, as the two sides of a baffle have them: numbered, so that a place and a
- * number name a vertex. All of a place have the same home, which numbers them and tells the other
- * segments that hold them. */
+ * number name a vertex. The home of a vertex numbers it, if it holds others of the place, and tells
+ * the other segments that hold it. Vertices of a place that no segment holds together are not told
+ * of each other. */
 #include <string.h>
 
 #include "base/base_sort.h"
@@ -49,19 +50,48 @@ static tl_status number_equal(tl_ctx *ctx, twin_look *l, size_t begin, size_t en
     return TL_OK;
 }
 
+/* Vertices sorted so that those of one place are neighbours, by keys equal for them. */
+static tl_status sort_places(tl_ctx *ctx, const double *xyz, size_t count, uint64_t *keys,
+                             uint32_t *verts)
+{
+    for (size_t v = 0; v < count; v++) {
+        keys[v] = vec_hash(xyz + 3 * v);
+        verts[v] = (uint32_t)v;
+    }
+    return tli_sort_u64(ctx, keys, verts, count);
+}
+
 static tl_status number(tl_ctx *ctx, twin_look *l, bool *any)
 {
     size_t n = l->segment.vert_count;
-    for (size_t v = 0; v < n; v++) {
-        l->keys[v] = vec_hash(l->xyz + 3 * v);
-        l->verts[v] = (uint32_t)v;
-    }
-    tl_status st = tli_sort_u64(ctx, l->keys, l->verts, n);
+    tl_status st = sort_places(ctx, l->xyz, n, l->keys, l->verts);
     for (size_t i = 0, end; !st && i < n; i = end) {
         for (end = i + 1; end < n && l->keys[end] == l->keys[i]; end++) {
         }
         if (end - i > 1) st = number_equal(ctx, l, i, end, any);
     }
+    return st;
+}
+
+tl_status tli_finest_even_twins(tl_ctx *ctx, const tl_segment *s, const int16_t *steps,
+                                uint8_t *wanted)
+{
+    tl_status st = TL_OK;
+    size_t n = s->vert_count;
+    uint64_t *keys = tl_mem_alloc(ctx, n, sizeof *keys, &st);
+    uint32_t *verts = tl_mem_alloc(ctx, n, sizeof *verts, &st);
+    if (!st) st = sort_places(ctx, s->xyz, n, keys, verts);
+    for (size_t i = 0, end; !st && i < n; i = end) {
+        for (end = i + 1; end < n && keys[end] == keys[i]; end++) {
+        }
+        for (size_t a = i; end - i > 1 && a < end; a++)
+            for (size_t b = i; b < end; b++)
+                if (steps[verts[b]] < steps[verts[a]] &&
+                    same_place(s->xyz + 3 * (size_t)verts[a], s->xyz + 3 * (size_t)verts[b]))
+                    wanted[verts[a]] = 1;
+    }
+    tl_mem_free(ctx, verts);
+    tl_mem_free(ctx, keys);
     return st;
 }
 
