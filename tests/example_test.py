@@ -66,6 +66,25 @@ class Examples(unittest.TestCase):
         self.assertFalse(os.path.exists(os.path.join(self.folder, "out.vtu")))
         self.call(os.path.join(BUILD, "examples", "example_simplify"), status=2)
 
+    def test_the_example_renders(self):
+        """A first look, and a scene by commands: other pixels of the same size."""
+        example = os.path.join(BUILD, "examples", "example_render")
+        self.call(PROGRAM, "sample", "sphere-flow", "-o", "flow.vtu", "--size", "12", "-q")
+        self.call(PROGRAM, "build", "flow.vtu", "-o", "flow.tlod", "-q")
+        tets = json.loads(self.call(PROGRAM, "info", "flow.tlod", "--json").stdout)["tets"]
+        self.assertIn(f" of {tets} tets", self.call(example, "flow.tlod", "look.png").stdout)
+        self.call(example, "flow.tlod", "surface.png", "add surface channel=pressure value=0.1", "view 30,20")
+        pictures = []
+        for name in ("look.png", "surface.png"):
+            with open(os.path.join(self.folder, name), "rb") as f:
+                pictures.append(f.read())
+            self.assertEqual([int.from_bytes(pictures[-1][at:at + 4], "big") for at in (16, 20)], [800, 600])
+        self.assertNotEqual(*pictures)
+        said = self.call(example, "flow.tlod", "none.png", "add surface channel=heat value=1", status=1).stderr
+        self.assertIn("'pressure'", said)  # what there is
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "none.png")))
+        self.call(example, status=2)
+
     def test_the_readme_lists_the_verbs(self):
         table = re.search(r"\| verb \|.*?\n\n", read(ROOT, "README.md"), re.S)[0]
         shown = set(re.findall(r"`(\w+)", table))

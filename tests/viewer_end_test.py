@@ -5,7 +5,7 @@ import signal
 import time
 import unittest
 
-from viewer_test import ViewerTest
+from viewer_case import ViewerTest
 
 SIZE = "1200x860"
 

@@ -107,14 +107,10 @@ void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), void (*r
 
 /* Where a place is on the picture that is shown; false behind the camera, or without a picture. */
 bool viewer_project(const viewer *v, const double xyz[3], double *x, double *y);
-/* The line of sight through a pixel: from origin along direction, of length 1. */
-bool viewer_sight(const viewer *v, double x, double y, double origin[3], double direction[3]);
-/* Mesh units of a pixel at a place. */
-double viewer_pixel_size(const viewer *v, const double xyz[3]);
 /* The opaque thing under a pixel; false: there is none. */
 bool viewer_depth_at(const viewer *v, double x, double y, double xyz[3]);
-/* Pixels of a frame, and of the live view's questions, to one of the widget. */
-double viewer_scale(const viewer *v);
+/* The pixel of the frame that is shown, as the live view is asked of it; v->frame is not NULL. */
+void viewer_frame_px(const viewer *v, double x, double y, double px[2]);
 
 /* ---- tools: what is drawn over the picture and dragged in it ---- */
 

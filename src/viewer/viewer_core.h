@@ -114,8 +114,9 @@ void viewer_open(viewer *v, const char *path, const char *scene_path);
 void viewer_opened(viewer *v);
 /* The window's style is another one. */
 void viewer_files_restyle(viewer *v);
-/* Nothing is being opened or built. */
+/* Nothing is being opened or built; something is being opened. */
 bool viewer_files_idle(const viewer *v);
+bool viewer_files_opens(const viewer *v);
 /* Borrowed: files that were open before. */
 GMenu *viewer_files_recent_menu(viewer *v);
 /* A dialog for a file; name and folder (NULL: that of the data) are where it begins. */

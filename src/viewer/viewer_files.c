@@ -29,10 +29,19 @@ bool viewer_files_idle(const viewer *v)
     return !v->files->opening && !v->files->building;
 }
 
+bool viewer_files_opens(const viewer *v)
+{
+    return v->files->opening != NULL;
+}
+
 /* scene: one of the window's context, which may be changed. */
 static void open_now(viewer *v, const char *path, tl_scene *scene)
 {
     struct viewer_files *files = v->files;
+    if (!viewer_save_idle(v)) {
+        viewer_say(v, VIEWER_WARNING, "Pictures are being saved; open '%s' after that.", path);
+        return;
+    }
     char *whole = g_canonicalize_filename(path, NULL);
     tl_status st = tl_scene_set_text(v->ctx, scene, DATA, "file", whole);
     if (!st) st = tl_live_open(v->live, whole, scene);
@@ -63,11 +72,9 @@ static char *data_of(const tl_scene *scene, const char *scene_path)
 {
     const char *file = tl_scene_text(scene, DATA, "file");
     char *folder = g_path_get_dirname(scene_path);
-    char *path = *file ? g_canonicalize_filename(file, NULL) : NULL;
-    if (*file && !g_path_is_absolute(file)) {
-        g_free(path);
-        path = g_build_filename(folder, file, NULL);
-    }
+    char *whole = g_canonicalize_filename(folder, NULL);
+    char *path = *file ? g_canonicalize_filename(file, whole) : NULL;
+    g_free(whole);
     g_free(folder);
     return path;
 }
@@ -76,10 +83,6 @@ void viewer_open(viewer *v, const char *path, const char *scene_path)
 {
     tl_scene *scene = NULL;
     char *named = NULL;
-    if (!viewer_save_idle(v)) {
-        viewer_say(v, VIEWER_WARNING, "Pictures are being saved; open the file after that.");
-        return;
-    }
     const tl_status st =
         scene_path ? tl_scene_read(v->ctx, scene_path, &scene) : make_scene(v, &scene);
     if (!viewer_ok(v, st)) {

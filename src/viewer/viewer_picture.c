@@ -140,63 +140,51 @@ void viewer_redraw(viewer *v)
 
 /* ---- places ---- */
 
-double viewer_scale(const viewer *v)
+/* Pixels of the frame to one of the widget. */
+static double frame_scale(const viewer *v)
 {
     const double height = gtk_widget_get_height(v->picture);
-    return v->frame && height > 0 ? v->frame->height / height : 1;
+    return height > 0 ? v->frame->height / height : 1;
 }
 
 /* Pixels of the frame left of the widget's edge; 0 but while the window's size changes. */
 static double hidden_px(const viewer *v)
 {
-    return (v->frame->width - viewer_scale(v) * gtk_widget_get_width(v->picture)) / 2;
+    return (v->frame->width - frame_scale(v) * gtk_widget_get_width(v->picture)) / 2;
+}
+
+void viewer_frame_px(const viewer *v, double x, double y, double px[2])
+{
+    px[0] = x * frame_scale(v) + hidden_px(v);
+    px[1] = y * frame_scale(v);
 }
 
 bool viewer_project(const viewer *v, const double xyz[3], double *x, double *y)
 {
     double px[2], distance;
     if (!v->frame || !tl_camera_project(&v->frame->camera, xyz, px, &distance)) return false;
-    *x = (px[0] - hidden_px(v)) / viewer_scale(v);
-    *y = px[1] / viewer_scale(v);
+    *x = (px[0] - hidden_px(v)) / frame_scale(v);
+    *y = px[1] / frame_scale(v);
     return true;
-}
-
-bool viewer_sight(const viewer *v, double x, double y, double origin[3], double direction[3])
-{
-    const double scale = viewer_scale(v);
-    if (!v->frame) return false;
-    tl_camera_ray(&v->frame->camera, x * scale + hidden_px(v), y * scale, origin, direction);
-    return direction[0] != 0 || direction[1] != 0 || direction[2] != 0;
-}
-
-double viewer_pixel_size(const viewer *v, const double xyz[3])
-{
-    double px[2], distance;
-    if (!v->frame || !tl_camera_project(&v->frame->camera, xyz, px, &distance)) return 0;
-    const tl_camera *camera = &v->frame->camera;
-    const double half = camera->parallel_scale > 0
-                            ? camera->parallel_scale
-                            : distance * tan(camera->view_angle * G_PI / 360);
-    return 2 * half / camera->size_px[1] * viewer_scale(v);
 }
 
 bool viewer_depth_at(const viewer *v, double x, double y, double xyz[3])
 {
-    double origin[3], direction[3], forward = 0, length = 0;
-    if (!viewer_sight(v, x, y, origin, direction)) return false;
+    double px[2], origin[3], direction[3], forward = 0, length = 0;
     const tl_frame *frame = v->frame;
-    const double scale = viewer_scale(v);
-    const double column = floor(x * scale + hidden_px(v)), row = floor(y * scale);
-    if (!frame->depth || column < 0 || row < 0 || column >= frame->width || row >= frame->height)
-        return false;
-    const double depth = frame->depth[(size_t)row * frame->width + (size_t)column];
+    if (!frame || !frame->depth) return false;
+    viewer_frame_px(v, x, y, px);
+    if (px[0] < 0 || px[1] < 0 || px[0] >= frame->width || px[1] >= frame->height) return false;
+    const double depth = (double)frame->depth[(size_t)px[1] * frame->width + (size_t)px[0]];
     if (!isfinite(depth)) return false;
+    tl_camera_ray(&frame->camera, px[0], px[1], origin, direction);
     /* depth counts along the view, not along the sight */
     for (int i = 0; i < 3; i++) {
         const double d = frame->camera.focal_point[i] - frame->camera.position[i];
         forward += d * direction[i];
         length += d * d;
     }
+    if (!(forward > 0)) return false; /* a camera that looks nowhere */
     const double cosine = forward / sqrt(length);
     for (int i = 0; i < 3; i++) xyz[i] = origin[i] + direction[i] * depth / cosine;
     return true;

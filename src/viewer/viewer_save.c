@@ -3,12 +3,14 @@
  * draws them. */
 #include "viewer_core.h"
 
+#include <math.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 
 #define SIDE_MOST 16384
 #define FRAMES_MOST 100000
+#define ONCE_AROUND 360.0 /* degrees */
 
 typedef struct job {
     viewer *v;
@@ -194,9 +196,12 @@ static gboolean on_timer(gpointer data)
 static bool begin(viewer *v, job *j)
 {
     struct viewer_save *s = v->save;
-    if (s->job || !v->source) {
+    /* the source goes when another one is opened */
+    if (s->job || !v->source || viewer_files_opens(v)) {
         viewer_say(v, VIEWER_WARNING, "%s",
-                   s->job ? "Pictures are being saved already." : "There is nothing to save.");
+                   s->job       ? "Pictures are being saved already."
+                   : !v->source ? "There is nothing to save."
+                                : "A file is being opened; save pictures after that.");
         free_job(j);
         return false;
     }
@@ -220,6 +225,7 @@ static job *make_job(viewer *v, uint32_t width, uint32_t height)
     j->v = v;
     j->frame_count = 1;
     tl_status st = s->ctx ? TL_OK : tl_ctx_create(&opts, &s->ctx);
+    if (!st) tl_ctx_set_budget(s->ctx, tl_live_get_stats(v->live).ram_limit_bytes);
     if (!st) st = tl_scene_copy(s->ctx, v->scene, &j->scene);
     if (st) {
         viewer_say(v, VIEWER_ERROR, "No picture: %s", tl_status_name(st));
@@ -317,7 +323,7 @@ static GtkWidget *make_grid(viewer *v)
     gtk_grid_attach(GTK_GRID(grid), s->transparent, 1, row++, 1, 1);
     if (s->is_sequence) {
         s->frames = add_spin(grid, row++, "Pictures", 1, FRAMES_MOST, 90);
-        s->degrees = add_spin(grid, row++, "Around, degrees", -3600, 3600, 360);
+        s->degrees = add_spin(grid, row++, "Around, degrees", -3600, 3600, ONCE_AROUND);
     }
     gtk_widget_add_css_class(save, "suggested-action");
     gtk_widget_set_halign(save, GTK_ALIGN_END);
@@ -362,42 +368,61 @@ static const viewer_action ACTIONS[] = {
 
 /* ---- commands of scripts ---- */
 
-/* "FILE.png [WxH]": the words before a size are the path. */
-static job *read_job(viewer *v, const char *arguments, char **rest)
+enum { PATH_WORDS = 4, PATH_BYTES = 4096 };
+typedef struct script_words {
+    char word[PATH_WORDS][PATH_BYTES];
+    int count;
+} script_words;
+
+/* The words of a command, those in quotes with their spaces; false: there are too many. */
+static bool read_words(viewer *v, const char *line, script_words *words)
+{
+    bool found = true;
+    char rest[PATH_BYTES];
+    for (words->count = 0; found && words->count <= PATH_WORDS;) {
+        char *to = words->count < PATH_WORDS ? words->word[words->count] : rest;
+        if (!viewer_ok(v, tl_scene_word(v->ctx, &line, to, PATH_BYTES, &found))) return false;
+        words->count += found;
+    }
+    return words->count <= PATH_WORDS;
+}
+
+/* Of "FILE.png [WIDTHxHEIGHT] ...", without a size that of the view; NULL: other words. */
+static job *read_job(viewer *v, const script_words *words)
 {
     const tl_camera camera = viewer_camera(v);
     int width = (int)camera.size_px[0], height = (int)camera.size_px[1];
-    char **words = g_strsplit(arguments, " ", 3);
-    const bool has_size = words[0] && words[1] && viewer_read_size(words[1], &width, &height);
-    job *j = words[0] && *words[0] ? make_job(v, (uint32_t)width, (uint32_t)height) : NULL;
-    if (j) j->path = g_strdup(words[0]);
-    *rest = g_strdup(has_size && words[2] ? words[2] : "");
-    g_strfreev(words);
+    if (!words->count || (words->count > 1 && !viewer_read_size(words->word[1], &width, &height)))
+        return NULL;
+    job *j = make_job(v, (uint32_t)width, (uint32_t)height);
+    if (j) j->path = g_strdup(words->word[0]);
     return j;
 }
 
 static bool run_picture(viewer *v, const char *arguments)
 {
-    char *rest;
-    job *j = read_job(v, arguments, &rest);
-    g_free(rest);
+    script_words words;
+    if (!read_words(v, arguments, &words) || words.count > 2) return false;
+    job *j = read_job(v, &words);
     return j && begin(v, j);
 }
 
 static bool run_frames(viewer *v, const char *arguments)
 {
-    char *rest, *end;
-    job *j = read_job(v, arguments, &rest);
-    const gint64 count = g_ascii_strtoll(rest, &end, 10);
-    if (j && count >= 1 && count <= FRAMES_MOST) {
-        j->frame_count = (uint32_t)count;
-        j->degrees = g_ascii_strtod(end, NULL);
-        g_free(rest);
-        return begin(v, j);
-    }
-    free_job(j);
-    g_free(rest);
-    return false;
+    script_words words;
+    char *end_of_count, *end_of_degrees = NULL;
+    double degrees = ONCE_AROUND;
+    if (!read_words(v, arguments, &words) || words.count < 3) return false;
+    const gint64 count = g_ascii_strtoll(words.word[2], &end_of_count, 10);
+    if (words.count == 4) degrees = g_ascii_strtod(words.word[3], &end_of_degrees);
+    if (count < 1 || count > FRAMES_MOST || *end_of_count || (end_of_degrees && *end_of_degrees) ||
+        !isfinite(degrees))
+        return false;
+    job *j = read_job(v, &words);
+    if (!j) return false;
+    j->frame_count = (uint32_t)count;
+    j->degrees = degrees;
+    return begin(v, j);
 }
 
 static const viewer_command COMMANDS[] = {

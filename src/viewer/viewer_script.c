@@ -12,6 +12,7 @@
 #define SETTLE_SECONDS 300
 #define PAINT_SECONDS 10 /* after a change of its size a window is laid out anew */
 #define DRAG_STEPS 12
+#define SECONDS_MOST 3600
 
 typedef enum wait_kind {
     WAIT_NONE = 0,
@@ -113,7 +114,7 @@ static bool run_wait(viewer *v, const char *arguments)
         s->wait_end = s->wait_begin + SETTLE_SECONDS * G_USEC_PER_SEC;
         return true;
     }
-    if (end == arguments || *end || !(seconds >= 0) || seconds > 3600) {
+    if (end == arguments || *end || !(seconds >= 0) || seconds > SECONDS_MOST) {
         fail(v, "wait: expected 'settled', seconds, or 'for' and a file");
         return false;
     }
@@ -170,10 +171,17 @@ static int read_numbers(const char *text, double *numbers, int most)
     }
 }
 
+/* A button of the pointer, or how often it is pressed. */
+static bool is_button(double number)
+{
+    return number == 1 || number == 2 || number == 3;
+}
+
 static bool run_click(viewer *v, const char *arguments)
 {
     double numbers[4] = {0, 0, 1, 1};
-    if (read_numbers(arguments, numbers, 4) < 2) {
+    if (read_numbers(arguments, numbers, 4) < 2 || !is_button(numbers[2]) ||
+        !is_button(numbers[3])) {
         fail(v, "click: expected X Y [BUTTON [PRESSES]]");
         return false;
     }
@@ -189,7 +197,7 @@ static bool run_drag(viewer *v, const char *arguments)
 {
     struct viewer_script *s = v->script;
     double numbers[5] = {0, 0, 0, 0, 1};
-    if (read_numbers(arguments, numbers, 5) < 4) {
+    if (read_numbers(arguments, numbers, 5) < 4 || !is_button(numbers[4])) {
         fail(v, "drag: expected X0 Y0 X1 Y1 [BUTTON]");
         return false;
     }
@@ -217,7 +225,8 @@ static bool run_turn(viewer *v, const char *arguments)
 {
     struct viewer_script *s = v->script;
     double numbers[3];
-    if (read_numbers(arguments, numbers, 3) != 3 || !(numbers[2] > 0)) {
+    if (read_numbers(arguments, numbers, 3) != 3 || !(numbers[2] > 0) ||
+        numbers[2] > SECONDS_MOST) {
         fail(v, "turn: expected RIGHT UP SECONDS, degrees");
         return false;
     }

@@ -21,10 +21,11 @@ static void take_answer(viewer *v, void *user)
 
 void viewer_tools_ask(viewer *v, double x, double y, viewer_answer answer)
 {
-    const double scale = viewer_scale(v);
-    if (!v->frame) return;
+    double px[2];
+    if (!v->frame || !v->frame->content) return; /* no answer would come */
+    viewer_frame_px(v, x, y, px);
     v->tools->answer = answer;
-    tl_live_probe(v->live, x * scale, y * scale);
+    tl_live_probe(v->live, px[0], px[1]);
 }
 
 bool viewer_tools_asks(const viewer *v)

@@ -16,8 +16,7 @@ typedef void (*viewer_answer)(viewer *v, const tl_probe *probe);
 
 struct viewer_tools {
     viewer_mode mode;
-    viewer_answer answer; /* awaited */
-    double asked[2];
+    viewer_answer answer;           /* awaited */
     struct viewer_grips *grips;     /* viewer_grips.c */
     struct viewer_inquiry *inquiry; /* viewer_inquiry.c */
     struct viewer_rulers *rulers;   /* viewer_rulers.c */

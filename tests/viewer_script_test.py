@@ -1,0 +1,57 @@
+"""Commands of scripts: pictures and frames at a path with blanks, of a size, around; words that are none end the script
+with what was expected; numbers where the user's have commas."""
+
+import locale
+import os
+import unittest
+
+from render_test import pixels
+from viewer_case import ViewerTest, difference
+
+
+class Pictures(ViewerTest):
+    def test_quotes_keep_blanks(self):
+        self.play(["wait settled", f'picture "{self.at("a picture.png")}" 300x200', f"frames {self.at('around.png')} 160x120 2",
+                   f'frames "{self.at("a way.png")}" 160x120 2 0'], self.model)
+        self.assertEqual(pixels(self.at("a picture.png")).shape[:2], (200, 300))
+        front, back = (pixels(self.at(f"around_{frame:04}.png")) for frame in range(2))
+        self.assertEqual(front.shape[:2], (120, 160))
+        self.assertGreater(difference(front, back), 0.5)  # all around where nothing is said
+        still = [pixels(self.at(f"a way_{frame:04}.png")) for frame in range(2)]
+        self.assertEqual(difference(*still), 0)
+
+    def test_words_that_are_none(self):
+        for line, expected in (("picture a.png 50x50", "WIDTHxHEIGHT"), ("picture a.png 200x200 3", "WIDTHxHEIGHT"),
+                               ("frames a.png 200x200 2 9x", "COUNT [DEGREES]"), ("picture \"a.png", "closing quote"),
+                               ("click 9 9 -5", "BUTTON"), ("drag 1 1 2 2 9", "BUTTON"), ("turn 1 1 1e300", "SECONDS")):
+            with self.subTest(line):
+                _, err = self.play([line], self.model, status=1, cwd=self.folder)
+                self.assertIn(expected, err)
+        self.assertFalse(os.path.exists(self.at("a.png")))
+
+
+class Commas(ViewerTest):
+    """Where the user's numbers have commas, those of files, scripts and panels have points."""
+
+    def test_numbers_have_points(self):
+        language = "de_DE.UTF-8"
+        try:
+            locale.setlocale(locale.LC_NUMERIC, language)
+        except locale.Error:
+            self.skipTest("there is no locale with commas: de_DE.UTF-8")
+        finally:
+            locale.setlocale(locale.LC_NUMERIC, "C")
+        said, _ = self.play(["wait settled", "add surface channel=pressure value=0.125", "get surface1.value", "wait settled",
+                             "save-scene " + self.at("commas.json"), "print stats", "probe 300 200", "wait settled", "print-tools"],
+                            self.model, env={"LC_ALL": language})
+        self.assertIn("get surface1.value 0.125", said)
+        self.assertEqual(self.property_of("commas.json", "surface1", "value"), 0.125)
+        numbers = [line for line in said if line.startswith(("first picture", "position", "memory"))]
+        self.assertEqual(len(numbers), 3, said)
+        for line in numbers:
+            self.assertRegex(line, r"\d\.\d")
+            self.assertNotRegex(line, r"\d,\d")
+
+
+if __name__ == "__main__":
+    unittest.main()
