@@ -55,6 +55,9 @@ class Models(unittest.TestCase):
         self.assertEqual([set(level["error"][0]) for level in said["levels"]], [{"channel", "error", "rms"}] * 2)
         self.assertLessEqual(said["levels"][1]["error"][0]["rms"], 0.046875)
         done = run("info", self.path, "--details")
+        self.assertNotIn("nan", done.stdout)
+        for line in done.stdout.splitlines()[:6]: # what a model does not know it does not say
+            self.assertNotIn(" - ", line)
         self.assertIn("full detail at one point draws 2 tets in 2 patches, 2 in 2 at most", done.stdout)
 
     def test_info_for_people(self):

@@ -214,31 +214,57 @@ static void print_cells(const tl_read_report *report)
     if (*label) puts("cells       none");
 }
 
-/* "-" where it is not known */
-static cli_text known(size_t count)
+static bool is_known(size_t count)
 {
-    return count == SIZE_MAX ? cli_real((double)NAN) : cli_count(count);
+    return count != SIZE_MAX;
 }
 
+/* Part of a line of counts. */
+typedef struct count_part {
+    size_t count;
+    const char *what;
+} count_part;
+
+static void print_counts(const char *label, const count_part *parts, size_t part_count)
+{
+    const char *before = "";
+    for (size_t i = 0; i < part_count; i++) {
+        if (!is_known(parts[i].count)) continue;
+        if (!*before) printf("%-10s  ", label);
+        printf("%s%s %s", before, cli_count(parts[i].count).s, parts[i].what);
+        before = ", ";
+    }
+    if (*before) putchar('\n');
+}
+
+/* A model does not keep all of it. */
 void cli_print_shape(const tl_mesh_stats *s, double time, uint64_t tet_count)
 {
+    const count_part validity[] = {{s->inverted, "inverted"},
+                                   {s->degenerate, "flat tets"},
+                                   {s->duplicate_verts, "vertices at the place of another"}};
+    const count_part manifold[] = {{s->nonmanifold_faces, "non-manifold faces"},
+                                   {s->nonmanifold_edges, "non-manifold edges"},
+                                   {s->nonmanifold_verts, "non-manifold vertices"}};
     printf("bounds      x %s, y %s, z %s; diagonal %s\n", cli_range(s->bounds).s,
            cli_range(s->bounds + 2).s, cli_range(s->bounds + 4).s, cli_real(s->diagonal).s);
     if (isfinite(time)) printf("time        %s\n", cli_real(time).s);
     if (!tet_count) return;
-    printf("volume      %s in %s component%s\n", cli_real(s->volume).s, known(s->components).s,
-           s->components == 1 ? "" : "s");
-    printf("boundary    %s triangles, area %s\n", known(s->boundary_triangles).s,
-           cli_real(s->boundary_area).s);
-    printf("quality     mean ratio: smallest %s, median %s; dihedral angles %.1f .. %.1f degrees\n",
-           cli_real(s->quality_min).s, cli_real(s->quality_median).s, s->dihedral_min * DEGREES,
-           s->dihedral_max * DEGREES);
-    printf("validity    %s inverted, %s flat tets; %s vertices at the place of another\n",
-           known(s->inverted).s, known(s->degenerate).s, known(s->duplicate_verts).s);
+    printf("volume      %s", cli_real(s->volume).s);
+    if (is_known(s->components))
+        printf(" in %s component%s", cli_count(s->components).s, s->components == 1 ? "" : "s");
+    putchar('\n');
+    if (is_known(s->boundary_triangles))
+        printf("boundary    %s triangles, area %s\n", cli_count(s->boundary_triangles).s,
+               cli_real(s->boundary_area).s);
+    if (isfinite(s->quality_min))
+        printf("quality     mean ratio: smallest %s, median %s; dihedral angles %.1f .. %.1f "
+               "degrees\n",
+               cli_real(s->quality_min).s, cli_real(s->quality_median).s, s->dihedral_min * DEGREES,
+               s->dihedral_max * DEGREES);
+    print_counts("validity", validity, 3);
     if (s->nonmanifold_faces || s->nonmanifold_edges || s->nonmanifold_verts)
-        printf("            non-manifold: %s faces, %s edges, %s vertices\n",
-               known(s->nonmanifold_faces).s, known(s->nonmanifold_edges).s,
-               known(s->nonmanifold_verts).s);
+        print_counts("", manifold, 3);
 }
 
 static void print_regions(const tl_mesh *mesh, const tl_mesh_stats *stats,
