@@ -64,7 +64,7 @@ static void step(flight *f)
     case 4: command(f, "set surface1.visible %g", pick(f, 2)); break;
     case 5: command(f, "view 30,20,%g", 1 + 3 * make_uniform(&f->seed)); break;
     case 6: tl_live_set_size(f->live, 20 + pick(f, 200), 20 + pick(f, 150)); break;
-    case 7: tl_live_histogram(f->live, "f", -1, pick(f, 2), &counts); break;
+    case 7: tl_live_histogram(f->live, "f", pick(f, 2), &counts); break;
     case 8:
         if (pick(f, 4) == 0) tl_live_open(f->live, MODEL, f->scene);
         break;

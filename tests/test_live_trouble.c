@@ -296,16 +296,16 @@ static void test_histogram(void **state)
     tl_live_counts counts;
     const char *channel = tl_source_get_facts(tl_live_source(f.live))->channels[0].name;
     tl_live_release(f.live, live_settle(f.live));
-    CHECK(!tl_live_histogram(f.live, channel, -1, false, &counts));
+    CHECK(!tl_live_histogram(f.live, channel, false, &counts));
     CHECK_EQ(live_expect(f.live, TL_LIVE_DONE).job, TL_LIVE_HISTOGRAM);
-    CHECK(tl_live_histogram(f.live, channel, -1, false, &counts));
+    CHECK(tl_live_histogram(f.live, channel, false, &counts));
     double sum = 0;
     for (int i = 0; i < TL_LIVE_BINS; i++) sum += counts.counts[i];
     CHECK_NEAR(sum, 1, 1e-6);
     CHECK(counts.range[0] < counts.range[1]);
-    CHECK(!tl_live_histogram(f.live, "no such", -1, false, &counts));
+    CHECK(!tl_live_histogram(f.live, "no such", false, &counts));
     expect_failure(f.live, TL_LIVE_HISTOGRAM, TL_ERR_ARG);
-    CHECK(!tl_live_histogram(f.live, "no such", -1, false, &counts)); /* not asked again */
+    CHECK(!tl_live_histogram(f.live, "no such", false, &counts)); /* not asked again */
     CHECK(tl_live_settled(f.live));
     live_end(&f);
 }

@@ -393,18 +393,22 @@ static void histograms(void **state)
     tl_ctx *ctx = check_ctx_create(1);
     for (int is_model = 0; is_model < 2; is_model++) {
         tl_source *source = is_model ? view_model(ctx, MODEL_SIDE) : view_source(ctx, 21);
+        tl_scene *scene = view_scene(ctx, source, (const char *[]){NULL});
         /* powers of 100 along x: even on a logarithmic scale */
-        CHECK_OK(ctx, tl_source_histogram(ctx, source, -1, "g", true, bins, 10, range));
+        CHECK_OK(ctx, tl_source_histogram(ctx, source, scene, "g", true, bins, 10, range));
         CHECK_NEAR(range[0], 1, 1e-3);
         CHECK_NEAR(range[1], 100, 0.1);
         for (int i = 0; i < 10; i++) CHECK_NEAR(bins[i], 0.1, 0.06);
-        CHECK_OK(ctx, tl_source_histogram(ctx, source, -1, "f", false, bins, 10, range));
+        CHECK_OK(ctx, tl_source_histogram(ctx, source, scene, "f", false, bins, 10, range));
         for (int i = 0; i < 10; i++) sum += bins[i];
         CHECK_NEAR(sum, is_model + 1, 1e-9);
-        CHECK_STATUS(tl_source_histogram(ctx, source, -1, "heat", false, bins, 10, range),
+        CHECK_STATUS(tl_source_histogram(ctx, source, scene, "heat", false, bins, 10, range),
                      TL_ERR_ARG);
         CHECK_MESSAGE(ctx, "'f' 'g' 'u' 'c'");
-        CHECK_STATUS(tl_source_histogram(ctx, source, 2, "f", false, bins, 10, range), TL_ERR_ARG);
+        check_scene_do(ctx, scene, (const char *[]){"set data.step 2", NULL});
+        CHECK_STATUS(tl_source_histogram(ctx, source, scene, "f", false, bins, 10, range),
+                     TL_ERR_ARG);
+        tl_scene_destroy(ctx, scene);
         tl_source_destroy(source);
     }
     check_ctx_destroy(ctx);

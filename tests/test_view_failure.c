@@ -65,7 +65,7 @@ static tl_status make_all(tl_ctx *ctx, void *arg)
     if (!st) st = tl_source_create(ctx, mesh, "cube", &source);
     if (!source) tl_mesh_destroy(mesh); /* it is taken over on success only */
     if (!st) st = tl_scene_copy(ctx, j->scene, &scene);
-    if (!st) st = tl_source_histogram(ctx, source, -1, "f", false, bins, 4, range);
+    if (!st) st = tl_source_histogram(ctx, source, scene, "f", false, bins, 4, range);
     if (!st) st = tl_view_create(ctx, source, &view);
     if (!st) st = tl_renderer_create(ctx, TL_RENDERER_NULL, &renderer);
     if (!st) st = draw_all(ctx, view, scene, renderer);
@@ -243,6 +243,7 @@ enum { ASKERS = 4 };
 typedef struct asker {
     tl_ctx *ctx;
     tl_source *source;
+    const tl_scene *scene;
     double bins[8], range[2];
     pthread_t thread;
 } asker;
@@ -250,7 +251,8 @@ typedef struct asker {
 static void *ask(void *arg)
 {
     asker *a = arg;
-    CHECK_OK(a->ctx, tl_source_histogram(a->ctx, a->source, -1, "f", false, a->bins, 8, a->range));
+    CHECK_OK(a->ctx,
+             tl_source_histogram(a->ctx, a->source, a->scene, "f", false, a->bins, 8, a->range));
     return NULL;
 }
 
@@ -263,17 +265,18 @@ static void looks_of_threads(void **state)
     asker askers[ASKERS];
     for (int round = 0; round < 8; round++) {
         tl_source *source = view_model(ctx, MODEL_SIDE);
+        tl_scene *scene = view_scene(ctx, source, (const char *[]){NULL});
         const uint64_t before = tl_ctx_current_bytes(ctx);
         tl_ctx *poor = check_ctx_create(1);
         double bins[8], range[2];
         tl_ctx_set_budget(poor, 10000);
         tl_fail(ctx, TL_ERR_ARG, "an older message");
-        CHECK_STATUS(tl_source_histogram(poor, source, -1, "f", false, bins, 8, range),
+        CHECK_STATUS(tl_source_histogram(poor, source, scene, "f", false, bins, 8, range),
                      TL_ERR_BUDGET);
         CHECK(tl_ctx_message(poor)[0] != 0);
         assert_string_equal(tl_ctx_message(ctx), "an older message");
         for (int i = 0; i < ASKERS; i++)
-            askers[i] = (asker){.ctx = check_ctx_create(1), .source = source};
+            askers[i] = (asker){.ctx = check_ctx_create(1), .source = source, .scene = scene};
         for (int i = 0; i < ASKERS; i++)
             CHECK_EQ(pthread_create(&askers[i].thread, NULL, ask, &askers[i]), 0);
         for (int i = 0; i < ASKERS; i++) CHECK_EQ(pthread_join(askers[i].thread, NULL), 0);
@@ -281,6 +284,7 @@ static void looks_of_threads(void **state)
         CHECK_EQ(tl_ctx_current_bytes(ctx), before);
         for (int i = 1; i < ASKERS; i++)
             CHECK_EQ(memcmp(askers[0].bins, askers[i].bins, sizeof askers[0].bins), 0);
+        tl_scene_destroy(ctx, scene);
         tl_source_destroy(source);
         for (int i = 0; i < ASKERS; i++) check_ctx_destroy(askers[i].ctx);
         check_ctx_destroy(poor);

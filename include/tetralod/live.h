@@ -153,12 +153,14 @@ typedef struct tl_live_counts {
     double range[2];
     double counts[TL_LIVE_BINS]; /* volumes of equal parts of range, or of its logarithm */
 } tl_live_counts;
-/* True: *counts is that of a channel (as scenes name it) at a time step; false: it is being
- * counted, with TL_LIVE_DONE or TL_LIVE_FAILED of TL_LIVE_HISTOGRAM at the end; of several
- * questions that wait the newest is, so that the others are to be asked again then. The last 32
- * answers are kept as long as the file is open; what failed is not counted again. Names of 256
- * bytes and more: false, and nothing happens. */
-TL_API bool tl_live_histogram(tl_live *live, const char *channel, int64_t step, bool logarithmic,
+/* True: *counts is that of a channel (as scenes name it), of all of the data at the step and with
+ * the channels of the scene that was given last (tl_source_histogram); false: it is being counted,
+ * with TL_LIVE_DONE or TL_LIVE_FAILED of TL_LIVE_HISTOGRAM at the end; of several questions that
+ * wait the newest is, so that the others are to be asked again then. The last 32 answers are kept
+ * as long as the file is open; what failed is not counted again until the data or derive nodes of
+ * the scene change. Names of 256 bytes and more, and before there is a scene: false, and nothing
+ * happens. */
+TL_API bool tl_live_histogram(tl_live *live, const char *channel, bool logarithmic,
                               tl_live_counts *counts);
 
 /* ---- making a model ---- */

@@ -73,11 +73,13 @@ TL_API uint64_t tl_source_bytes_read(const tl_source *source);
 TL_API tl_store *tl_source_store(const tl_source *source);
 
 /* How much of the volume has which values: fractions of it [bin_count] over range, which is filled:
- * least and largest finite value, on a logarithmic scale (bins of equal ratios) positive ones. Of a
- * model from a coarse mesh, which is made by the first call. step: a number of the source's, or -1:
- * the first. Of several components the norm, of a channel on tets the values of tets. TL_ERR_ARG
- * for a channel (the message lists those there are) or step that is none. */
-TL_API tl_status tl_source_histogram(tl_ctx *ctx, tl_source *source, int64_t step,
+ * least and largest finite value, on a logarithmic scale (bins of equal ratios) positive ones. Of
+ * all of the data at the scene's step, whatever it clips and chooses; channel as things name it,
+ * also one that the scene derives, or an expression. Of a model the values of a coarse mesh, which
+ * is made by the first call, over the range of the original. Of several components the norm, of a
+ * channel on tets the mean at each vertex, as they are drawn. TL_ERR_ARG for a channel (the message
+ * lists those there are) or step that is none. */
+TL_API tl_status tl_source_histogram(tl_ctx *ctx, tl_source *source, const tl_scene *scene,
                                      const char *channel, bool logarithmic, double *bins,
                                      size_t bin_count, double range[2]);
 
@@ -98,7 +100,8 @@ typedef struct tl_values {
     const char *channel; /* or an expression */
     const char *title;   /* with unit, vectors between bars */
     bool logarithmic;
-    double least, most; /* finite values there are; of a logarithmic scale positive ones */
+    double least, most; /* finite values of all of the data (of a model those of the original, but
+                           of what is derived); of a logarithmic scale positive ones */
     double range[2];    /* at the ends of the colours */
     double shown_range[2];
     const tl_color_point *colors; /* [color_count] by value */
@@ -144,7 +147,8 @@ TL_API tl_status tl_view_build(tl_ctx *ctx, tl_view *view, const tl_scene *scene
                                const tl_camera *camera, const tl_view_limits *limits,
                                tl_content **content);
 
-/* How a channel is shown by a scene, before there is a content: from the values of a coarse mesh.
+/* How a channel is shown by a scene, before there is a content. What is automatic follows from all
+ * of the data, not from what is chosen of it, nor from the cut.
  * Gives *values, borrowed until the next call with this view. TL_ERR_ARG as of tl_view_build. */
 TL_API tl_status tl_view_values(tl_ctx *ctx, tl_view *view, const tl_scene *scene,
                                 const char *channel, const tl_values **values);

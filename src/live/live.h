@@ -28,7 +28,8 @@ enum {
 typedef struct tli_live_scene {
     tl_scene *scene;
     uint64_t version;
-    uint64_t stamp; /* of all that contents depend on but the camera */
+    uint64_t stamp;        /* of all that contents depend on but the camera */
+    uint64_t values_stamp; /* of all that histograms depend on */
     unsigned holds;
 } tli_live_scene;
 
@@ -87,7 +88,7 @@ typedef struct tli_live_slot {
 
 typedef struct tli_live_question {
     char channel[TLI_LIVE_CHANNEL_BYTES];
-    int64_t step;
+    uint64_t values_stamp; /* of its scene */
     bool logarithmic;
 } tli_live_question;
 

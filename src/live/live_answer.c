@@ -85,19 +85,22 @@ const tl_probe *tl_live_get_probe(tl_live *live)
 
 static bool is_same(const tli_live_question *a, const tli_live_question *b)
 {
-    return a->step == b->step && a->logarithmic == b->logarithmic &&
+    return a->values_stamp == b->values_stamp && a->logarithmic == b->logarithmic &&
            strcmp(a->channel, b->channel) == 0;
 }
 
 static void answer_histogram(tl_live *live)
 {
     tli_live_source *source = live->source;
+    tli_live_scene *scene = live->scene;
     tli_live_answer answer = {.question = live->question};
+    answer.question.values_stamp = scene->values_stamp; /* another one by now: it is asked again */
     live->has_question = false;
     live->clerk.job = TL_LIVE_HISTOGRAM;
     source->holds++;
+    scene->holds++;
     tli_live_unlock(live);
-    answer.status = tl_source_histogram(live->clerk.ctx, source->source, answer.question.step,
+    answer.status = tl_source_histogram(live->clerk.ctx, source->source, scene->scene,
                                         answer.question.channel, answer.question.logarithmic,
                                         answer.counts.counts, TL_LIVE_BINS, answer.counts.range);
     tli_live_lock(live);
@@ -111,24 +114,25 @@ static void answer_histogram(tl_live *live)
         else
             tli_live_event(live, TL_LIVE_DONE, TL_LIVE_HISTOGRAM, answer.question.channel);
     }
+    tli_live_drop_scene(live, scene);
     tli_live_drop_source(live, source);
 }
 
-bool tl_live_histogram(tl_live *live, const char *channel, int64_t step, bool logarithmic,
-                       tl_live_counts *counts)
+bool tl_live_histogram(tl_live *live, const char *channel, bool logarithmic, tl_live_counts *counts)
 {
-    tli_live_question question = {.step = step, .logarithmic = logarithmic};
+    tli_live_question question = {.logarithmic = logarithmic};
     bool found = false, failed = false;
     if (strlen(channel) >= sizeof question.channel) return false;
     strcpy(question.channel, channel);
     tli_live_lock(live);
+    if (live->scene) question.values_stamp = live->scene->values_stamp;
     for (size_t i = 0; i < live->answer_count && !found && !failed; i++) {
         if (!is_same(&live->answers[i].question, &question)) continue;
         failed = live->answers[i].status != TL_OK;
         found = !failed;
         if (found) *counts = live->answers[i].counts;
     }
-    if (!found && !failed && live->source) {
+    if (!found && !failed && live->source && live->scene) {
         live->question = question;
         live->has_question = true;
         tli_bell_ring(&live->clerk.bell);
@@ -148,7 +152,7 @@ void tli_live_answer_all(void *arg)
         worker->started_s = tli_clock_s();
         if (live->probe_slot)
             answer_probe(live);
-        else if (live->has_question && live->source)
+        else if (live->has_question && live->source && live->scene)
             answer_histogram(live);
         else
             tli_live_sleep(live, &worker->bell, INFINITY);

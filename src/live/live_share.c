@@ -81,14 +81,24 @@ void tli_live_drop_slot(tl_live *live, tli_live_slot *slot)
 /* ---- scenes ---- */
 
 /* Cameras and words on pictures need no other content. */
-static uint64_t stamp_of(const tl_scene *scene)
+static bool changes_content(tl_node_kind kind)
+{
+    return kind != TL_NODE_CAMERA && kind != TL_NODE_PICTURE;
+}
+
+/* The step, and channels that are derived. */
+static bool changes_values(tl_node_kind kind)
+{
+    return kind == TL_NODE_DATA || kind == TL_NODE_DERIVE;
+}
+
+static uint64_t stamp_of(const tl_scene *scene, bool (*counts)(tl_node_kind kind))
 {
     size_t count = 0;
     const tl_node *nodes = tl_scene_nodes(scene, &count);
     uint64_t stamp = 0xcbf29ce484222325u; /* as of Fowler, Noll and Vo, by eight bytes */
     for (size_t i = 0; i < count; i++) {
-        tl_node_kind kind = tl_scene_kind(scene, nodes[i]);
-        if (kind == TL_NODE_CAMERA || kind == TL_NODE_PICTURE) continue;
+        if (!counts(tl_scene_kind(scene, nodes[i]))) continue;
         stamp = (stamp ^ tl_scene_node_version(scene, nodes[i])) * 0x100000001b3u;
         stamp ^= stamp >> 29;
     }
@@ -106,7 +116,8 @@ tl_status tli_live_copy_scene(tl_live *live, const tl_scene *scene, tli_live_sce
         return st;
     }
     s->version = tl_scene_version(s->scene);
-    s->stamp = stamp_of(s->scene);
+    s->stamp = stamp_of(s->scene, changes_content);
+    s->values_stamp = stamp_of(s->scene, changes_values);
     s->holds = 1;
     *copy = s;
     return TL_OK;

@@ -52,6 +52,8 @@ typedef struct tli_scalar {
     const double *values; /* [vert_count] */
     double *own;          /* the same, unless they are those of the mesh */
     double *gradients;    /* [vert_count][3], NULL until they are asked for */
+    double *spread; /* [spread_count] finite ones at the spots of the body, rising; likewise */
+    size_t spread_count;
 } tli_scalar;
 
 /* The tets of a patch in the mesh of a cut, which has the patches one after another. */
@@ -72,6 +74,9 @@ typedef struct tli_body {
     double
         *run_errors; /* [run_count][error_count] bounds in a patch, of the mesh's first channels */
     size_t error_count;
+    tl_lidx *spots; /* [spot_count] of looks: tets of places evenly over the volume, rising; its own
+                       or those of its base */
+    size_t spot_count;
     tli_lock locating;
     tl_locator *locator; /* of its own mesh; NULL until a content is asked, on any thread */
     /* made when they are asked for, by the builder alone */
@@ -141,7 +146,7 @@ struct tl_source {
     tli_body *body;  /* of a mesh */
     tli_lock lock;   /* of looks */
     tli_bell made;   /* a look was, or failed */
-    tli_look *looks; /* [look_count] of models; room for all steps and none */
+    tli_look *looks; /* [look_count]; room for all steps and none, of a mesh for one */
     size_t look_count;
 };
 
@@ -156,8 +161,12 @@ tl_status tli_scene_step(tl_ctx *ctx, const tl_source *source, const tl_scene *s
 bool tli_in_step(const tl_store_channel *channel, int64_t step);
 /* The channel of a model on vertices; TL_NONE. */
 uint32_t tli_source_channel(const tl_source *source, int64_t step, const char *name);
-/* A coarse mesh of a model at a step, with all channels, which is shared with other views; of a
- * mesh itself. Gives *body, used: one of the caller's own, that borrows the mesh. */
+/* Least and largest finite value of a channel of a look, on a logarithmic scale above 0: those of
+ * the original where the model says them. */
+void tli_source_extremes(const tl_source *source, int64_t step, const tli_body *look,
+                         const tl_channel *channel, bool logarithmic, double range[2]);
+/* A coarse mesh of a model at a step, with all channels, or the mesh of a source, with spots, which
+ * are shared with other views. Gives *body, used: one of the caller's own, that borrows them. */
 tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body);
 /* The mesh of a cut as it is drawn. channels [channel_count] of the model. */
 tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, const size_t *channels,
@@ -167,10 +176,17 @@ tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, con
 
 bool tli_derives(const tl_scene *scene);
 bool tli_chooses(const tl_scene *scene);
-/* Of all that changes the mesh. */
+/* Of the channels that are derived, of what chooses a part, and of both. */
+tli_recipe tli_formula_recipe(tli_recipe recipe, const tl_scene *scene);
+tli_recipe tli_choice_recipe(tli_recipe recipe, const tl_scene *scene);
 tli_recipe tli_derive_recipe(tli_recipe recipe, const tl_scene *scene);
-/* A body with the channels and the part that a scene asks for. Gives *derived, used: from itself
- * where nothing is asked for. TL_ERR_DATA where nothing is left. */
+/* A body of its own that borrows all of another one, with the channels that a scene derives. Gives
+ * *whole, used. */
+tl_status tli_derive_channels(tl_ctx *ctx, const tl_scene *scene, tli_body *from, tli_body **whole);
+/* The part of it that the scene asks for. Gives *part, used: itself where it asks for all.
+ * TL_ERR_DATA where nothing is left. */
+tl_status tli_choose(tl_ctx *ctx, const tl_scene *scene, tli_body *whole, tli_body **part);
+/* Both. Gives *derived, used: from itself where nothing is asked for. */
 tl_status tli_derive(tl_ctx *ctx, const tl_scene *scene, tli_body *from, tli_body **derived);
 
 /* ---- paints: view_paint.c ---- */
@@ -189,29 +205,35 @@ typedef struct tli_paint {
     tl_transfer *transfer;
 } tli_paint;
 
-tli_recipe tli_paint_recipe(const tli_body *look, const tl_scene *scene, const char *channel);
-/* From the values of a look. Gives *paint, used once. TL_ERR_ARG: tli_body_channel, and a transfer
- * node that makes no sense. */
-tl_status tli_paint_create(tl_ctx *ctx, const tl_scene *scene, tli_body *look, const char *channel,
-                           tli_paint **paint);
+tli_recipe tli_paint_recipe(const tli_body *whole, const tl_scene *scene, const char *channel);
+/* From the values of a source's whole look at a step. Gives *paint, used once. TL_ERR_ARG:
+ * tli_body_channel, and a transfer node that makes no sense. */
+tl_status tli_paint_create(tl_ctx *ctx, const tl_source *source, const tl_scene *scene,
+                           int64_t step, tli_body *whole, const char *channel, tli_paint **paint);
 tli_paint *tli_paint_use(tli_paint *paint);
 void tli_paint_release(tli_paint *paint);
+/* What values between these extremes are scaled by. */
+double tli_factor(bool logarithmic, const double range[2]);
 /* What is drawn for a value, and back. */
 double tli_paint_shown(const tli_paint *paint, double value);
 double tli_paint_value(const tli_paint *paint, double shown);
-/* Values with weights, rising by value: samples of a scalar. view_samples.c */
-typedef struct tli_sample {
-    double value, weight;
-} tli_sample;
-/* Finite values and how much of the volume has them. Gives *samples [*count] (tl_mem_free). */
-tl_status tli_take_samples(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
-                           tli_sample **samples, size_t *count);
-/* The value that a part (0 to 1) of the volume is below; count above 0. */
-double tli_rank_value(const tli_sample *samples, size_t count, double part);
+
+/* ---- how values are spread over the volume: view_spread.c ---- */
+
+/* Places the spots of a look; nothing if they are there. */
+tl_status tli_body_spots(tl_ctx *ctx, tli_body *body);
+/* Takes the values of a scalar of the body at its spots; nothing if they are taken. */
+tl_status tli_body_spread(tl_ctx *ctx, const tli_body *body, tli_scalar *scalar);
+/* The value that a part (0 to 1) of the volume is below; of a scalar with a spread, not empty. */
+double tli_rank_value(const tli_scalar *scalar, double part);
+/* Fills bins [bin_count] of the range with parts of the volume in it; returns the number of spots
+ * that they come from. */
+size_t tli_spread_bins(const tli_scalar *scalar, const double range[2], double *bins,
+                       size_t bin_count);
 /* Opacities of a first look over a range: the most frequent value is clear, the others are the more
  * opaque the farther from it they are. points [TLI_LOOK_POINTS]; returns their number. */
 enum { TLI_LOOK_POINTS = 256 };
-size_t tli_look_opacities(const tli_sample *samples, size_t count, const double range[2],
+size_t tli_look_opacities(const tli_scalar *scalar, const double range[2],
                           tl_opacity_point *points);
 
 /* ---- agendas: what a scene asks for, node by node: view_agenda.c ---- */
@@ -226,7 +248,8 @@ typedef struct tli_agenda {
     const tl_scene *scene;
     int64_t step; /* -1: there are none */
     double time;
-    tli_body *look;    /* used by the agenda, as are the paints */
+    tli_body *whole;   /* the look with derived channels: colours come from it; and the part */
+    tli_body *look;    /* that is chosen of it; both used by the agenda, as are the paints */
     tli_entry *things; /* [thing_count] visible ones, in their order */
     size_t thing_count;
     tli_paint **paints; /* [paint_count] each once: those with a transfer node first, in the order
@@ -279,7 +302,8 @@ struct tl_view {
     bool is_limited;  /* by limits to less than the scene asks for */
     size_t *channels; /* [channel_count] of the model that the mesh has */
     size_t channel_count;
-    tli_body *look, *body;
+    tli_body *whole, *look; /* of the last agenda that began */
+    tli_body *body;
     /* of the last build, used by the view */
     tli_paint **paints;
     size_t paint_count;

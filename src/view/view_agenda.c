@@ -80,7 +80,8 @@ static tli_paint *find_paint(const tl_view *view, tli_recipe recipe)
 static tl_status make_paint(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
                             const char *channel, tli_paint **paint)
 {
-    tl_status st = tli_paint_create(ctx, agenda->scene, agenda->look, channel, paint);
+    tl_status st = tli_paint_create(ctx, view->source, agenda->scene, agenda->step, agenda->whole,
+                                    channel, paint);
     if (st) return st;
     tli_paint **slot = &view->recent[view->recent_next++ % TLI_RECENT_PAINTS];
     tli_paint_release(*slot);
@@ -92,7 +93,7 @@ static tl_status make_paint(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda
 static tl_status get_paint(tl_ctx *ctx, tl_view *view, tli_agenda *agenda, const char *channel,
                            tli_paint **paint)
 {
-    const tli_recipe recipe = tli_paint_recipe(agenda->look, agenda->scene, channel);
+    const tli_recipe recipe = tli_paint_recipe(agenda->whole, agenda->scene, channel);
     *paint = NULL;
     for (size_t i = 0; i < agenda->paint_count; i++)
         if (agenda->paints[i]->recipe == recipe) *paint = agenda->paints[i];
@@ -173,28 +174,48 @@ static tl_status set_things(tl_ctx *ctx, tli_agenda *agenda)
     return st;
 }
 
-/* The coarse mesh that paints are made from. */
+/* A body that a view keeps, in place of another one or of itself. */
+static void keep(tli_body **kept, tli_body *body)
+{
+    if (*kept == body) return;
+    tli_body_release(*kept);
+    *kept = tli_body_use(body);
+}
+
+/* The coarse mesh with the channels that are derived, of which paints are made: whatever is chosen
+ * of it, they stay. */
+static tl_status set_whole(tl_ctx *ctx, tl_view *view, tli_agenda *agenda)
+{
+    tli_body *look;
+    tl_status st = tli_source_look(ctx, view->source, agenda->step, &look);
+    if (st) return st;
+    const tli_recipe recipe = tli_formula_recipe(look->recipe, agenda->scene);
+    if (view->whole && view->whole->recipe == recipe)
+        agenda->whole = tli_body_use(view->whole);
+    else
+        st = tli_derive_channels(ctx, agenda->scene, look, &agenda->whole);
+    tli_body_release(look);
+    if (!st) keep(&view->whole, agenda->whole);
+    return st;
+}
+
 static tl_status set_look(tl_ctx *ctx, tl_view *view, tli_agenda *agenda)
 {
-    tli_body *whole;
-    tl_status st = tli_source_look(ctx, view->source, agenda->step, &whole);
-    if (st) return st;
-    const tli_recipe recipe = tli_derive_recipe(whole->recipe, agenda->scene);
+    tl_status st = TL_OK;
+    const tli_recipe recipe = tli_choice_recipe(agenda->whole->recipe, agenda->scene);
     if (view->look && view->look->recipe == recipe)
         agenda->look = tli_body_use(view->look);
     else
-        st = tli_derive(ctx, agenda->scene, whole, &agenda->look);
-    tli_body_release(whole);
-    if (st || view->look == agenda->look) return st;
-    tli_body_release(view->look);
-    view->look = tli_body_use(agenda->look);
-    return TL_OK;
+        st = tli_choose(ctx, agenda->scene, agenda->whole, &agenda->look);
+    if (!st) keep(&view->look, agenda->look);
+    return st;
 }
 
 tl_status tli_agenda_begin(tl_ctx *ctx, tl_view *view, const tl_scene *scene, tli_agenda *agenda)
 {
     *agenda = (tli_agenda){.scene = scene};
     tl_status st = tli_scene_step(ctx, view->source, scene, &agenda->step, &agenda->time);
+    if (!st) st = set_whole(ctx, view, agenda);
     if (!st) st = set_look(ctx, view, agenda);
     if (st) tli_agenda_release(ctx, agenda);
     return st;
@@ -215,5 +236,6 @@ void tli_agenda_release(tl_ctx *ctx, tli_agenda *agenda)
     tl_mem_free(ctx, agenda->paints);
     tl_mem_free(ctx, agenda->things);
     tli_body_release(agenda->look);
+    tli_body_release(agenda->whole);
     *agenda = (tli_agenda){0};
 }

@@ -89,6 +89,8 @@ tl_status tli_body_borrow(tl_ctx *ctx, tli_body *base, tli_recipe recipe, tli_bo
     atomic_init(&b->uses, 1);
     memcpy(b->bounds, base->bounds, sizeof b->bounds);
     b->diagonal = base->diagonal;
+    b->spots = base->spots;
+    b->spot_count = base->spot_count;
     *body = b;
     return TL_OK;
 }
@@ -102,6 +104,7 @@ tli_body *tli_body_use(tli_body *body)
 static void release_scalar(tl_ctx *ctx, tli_scalar *scalar)
 {
     if (!scalar) return;
+    tl_mem_free(ctx, scalar->spread);
     tl_mem_free(ctx, scalar->gradients);
     tl_mem_free(ctx, scalar->own);
     tl_mem_free(ctx, scalar);
@@ -121,6 +124,7 @@ void tli_body_release(tli_body *body)
     tl_mem_free(ctx, body->run_errors);
     tl_mem_free(ctx, body->runs);
     tl_locator_destroy(body->locator);
+    if (!body->base || body->base->spots != body->spots) tl_mem_free(ctx, body->spots);
     if (!body->base) tli_lock_destroy(&body->locating);
     if (body->base)
         release_borrowed(body->mesh, body->base->mesh);

@@ -245,6 +245,7 @@ void tl_view_destroy(tl_view *view)
     for (size_t i = 0; i < TLI_RECENT_PAINTS; i++) tli_paint_release(view->recent[i]);
     tli_body_release(view->body);
     tli_body_release(view->look);
+    tli_body_release(view->whole);
     tl_cut_destroy(view->cut);
     tl_mem_free(view->ctx, view->channels);
     tl_mem_free(view->ctx, view);

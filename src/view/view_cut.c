@@ -264,7 +264,7 @@ tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
         st = tli_source_mesh(ctx, view->source, view->cut, view->channels, view->channel_count,
                              time, recipe, &whole);
     else
-        st = tli_source_look(ctx, view->source, step, &whole);
+        st = tli_body_borrow(ctx, view->source->body, recipe, &whole);
     if (!st && view->look && view->look->recipe == tli_derive_recipe(recipe, scene))
         derived = tli_body_use(view->look);
     else if (!st)

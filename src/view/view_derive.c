@@ -33,26 +33,48 @@ bool tli_chooses(const tl_scene *scene)
     return *regions_of(scene, false) || *regions_of(scene, true);
 }
 
-bool tli_derives(const tl_scene *scene)
+static bool has_formulas(const tl_scene *scene)
 {
     size_t count;
     const tl_node *nodes = tl_scene_nodes(scene, &count);
     for (size_t i = 0; i < count; i++)
         if (tl_scene_kind(scene, nodes[i]) == TL_NODE_DERIVE) return true;
-    return tli_chooses(scene);
+    return false;
+}
+
+bool tli_derives(const tl_scene *scene)
+{
+    return has_formulas(scene) || tli_chooses(scene);
+}
+
+/* Of the nodes that derive channels, or those that choose. */
+static tli_recipe nodes_recipe(tli_recipe recipe, const tl_scene *scene, bool derive)
+{
+    size_t count;
+    const tl_node *nodes = tl_scene_nodes(scene, &count);
+    for (size_t i = 0; i < count; i++)
+        if (changes_mesh(scene, nodes[i]) &&
+            (tl_scene_kind(scene, nodes[i]) == TL_NODE_DERIVE) == derive)
+            recipe = tli_recipe_count(recipe, tl_scene_node_version(scene, nodes[i]));
+    return recipe;
+}
+
+tli_recipe tli_formula_recipe(tli_recipe recipe, const tl_scene *scene)
+{
+    return nodes_recipe(recipe, scene, true);
+}
+
+tli_recipe tli_choice_recipe(tli_recipe recipe, const tl_scene *scene)
+{
+    if (!tli_chooses(scene)) return recipe;
+    for (int hide = 0; hide < 2; hide++)
+        recipe = tli_recipe_text(recipe, regions_of(scene, hide != 0));
+    return nodes_recipe(recipe, scene, false);
 }
 
 tli_recipe tli_derive_recipe(tli_recipe recipe, const tl_scene *scene)
 {
-    size_t count;
-    const tl_node *nodes = tl_scene_nodes(scene, &count);
-    if (!tli_derives(scene)) return recipe;
-    for (int hide = 0; hide < 2; hide++)
-        recipe = tli_recipe_text(recipe, regions_of(scene, hide != 0));
-    for (size_t i = 0; i < count; i++)
-        if (changes_mesh(scene, nodes[i]))
-            recipe = tli_recipe_count(recipe, tl_scene_node_version(scene, nodes[i]));
-    return recipe;
+    return tli_choice_recipe(tli_formula_recipe(recipe, scene), scene);
 }
 
 /* ---- channels ---- */
@@ -282,40 +304,63 @@ static tl_status copy_runs(tl_ctx *ctx, const tli_body *from, tli_body *body)
     return TL_OK;
 }
 
-tl_status tli_derive(tl_ctx *ctx, const tl_scene *scene, tli_body *from, tli_body **derived)
+tl_status tli_derive_channels(tl_ctx *ctx, const tl_scene *scene, tli_body *from, tli_body **whole)
 {
-    size_t node_count;
-    tli_body *whole = NULL;
-    tl_mesh *part = NULL;
-    const bool chooses = tli_chooses(scene);
-    const tli_recipe recipe = tli_derive_recipe(from->recipe, scene);
-    const tl_node *nodes = tl_scene_nodes(scene, &node_count);
-    *derived = NULL;
-    if (!tli_derives(scene)) {
-        *derived = tli_body_use(from);
+    size_t count;
+    const tl_node *nodes = tl_scene_nodes(scene, &count);
+    tl_status st = tli_body_borrow(ctx, from, tli_formula_recipe(from->recipe, scene), whole);
+    if (st) return st;
+    for (size_t i = 0; !st && i < count; i++)
+        if (tl_scene_kind(scene, nodes[i]) == TL_NODE_DERIVE)
+            st = add_channel(ctx, scene, nodes[i], (*whole)->mesh);
+    if (!st) st = copy_runs(ctx, from, *whole);
+    if (st) {
+        tli_body_release(*whole);
+        *whole = NULL;
+    }
+    return st;
+}
+
+tl_status tli_choose(tl_ctx *ctx, const tl_scene *scene, tli_body *whole, tli_body **part)
+{
+    tli_body *marked = NULL;
+    tl_mesh *mesh = NULL;
+    const tli_recipe recipe = tli_choice_recipe(whole->recipe, scene);
+    *part = NULL;
+    if (!tli_chooses(scene)) {
+        *part = tli_body_use(whole);
         return TL_OK;
     }
-    tl_status st = tli_body_borrow(ctx, from, recipe, &whole);
-    for (size_t i = 0; !st && i < node_count; i++)
-        if (tl_scene_kind(scene, nodes[i]) == TL_NODE_DERIVE)
-            st = add_channel(ctx, scene, nodes[i], whole->mesh);
-    if (!st && chooses && from->run_count) st = mark(ctx, from, whole->mesh);
-    if (!st) st = copy_runs(ctx, from, whole);
-    if (!st && chooses) st = choose(ctx, scene, whole->mesh, &part);
-    if (!st && part) {
-        st = tli_body_create(ctx, part, recipe, derived);
+    tl_status st = tli_body_borrow(ctx, whole, recipe, &marked);
+    if (!st) st = copy_runs(ctx, whole, marked);
+    if (!st && whole->run_count) st = mark(ctx, whole, marked->mesh);
+    if (!st) st = choose(ctx, scene, marked->mesh, &mesh);
+    if (!st && mesh) {
+        st = tli_body_create(ctx, mesh, recipe, part);
         if (st)
-            tl_mesh_destroy(part);
+            tl_mesh_destroy(mesh);
         else
-            st = copy_runs(ctx, from, *derived);
+            st = copy_runs(ctx, whole, *part);
     } else if (!st) {
-        *derived = tli_body_use(whole);
+        *part = tli_body_use(marked);
     }
-    if (!st && chooses) (*derived)->whole_tets = tl_mesh_tet_count(from->mesh);
-    tli_body_release(whole);
+    if (!st) (*part)->whole_tets = tl_mesh_tet_count(whole->mesh);
+    tli_body_release(marked);
     if (st) {
-        tli_body_release(*derived);
-        *derived = NULL;
+        tli_body_release(*part);
+        *part = NULL;
     }
+    return st;
+}
+
+tl_status tli_derive(tl_ctx *ctx, const tl_scene *scene, tli_body *from, tli_body **derived)
+{
+    tli_body *whole;
+    *derived = NULL;
+    if (!has_formulas(scene)) return tli_choose(ctx, scene, from, derived);
+    tl_status st = tli_derive_channels(ctx, scene, from, &whole);
+    if (st) return st;
+    st = tli_choose(ctx, scene, whole, derived);
+    tli_body_release(whole);
     return st;
 }

@@ -9,8 +9,6 @@
 static const double FILL_LEAST = 0.3, ROUND_LEAST = 0.35;
 /* What a channel has to vary by, relative to its largest value: less is rounding. */
 static const double VARIES_LEAST = 1e-9;
-/* Tets that a histogram is made of; of larger meshes every n-th one. */
-enum { TETS_MOST = 1 << 20 };
 
 /* ---- the most promising channel ---- */
 
@@ -123,57 +121,32 @@ tl_status tl_first_look(tl_ctx *ctx, tl_source *source, tl_scene *scene)
 
 /* ---- histograms ---- */
 
-static double place(double value, bool logarithmic)
+/* Like the colours of a scene, and to the bit; of a body of its own, since a view may add to those
+ * that it keeps. */
+tl_status tl_source_histogram(tl_ctx *ctx, tl_source *source, const tl_scene *scene,
+                              const char *channel, bool logarithmic, double *bins, size_t bin_count,
+                              double range[2])
 {
-    return !logarithmic ? value : value > 0 ? log10(value) : (double)NAN;
-}
-
-/* The value of a corner, or of the tet. */
-static double value_at(const tl_mesh *mesh, const tl_channel *channel, size_t tet, size_t corner)
-{
-    const bool on_verts = channel->on == TL_ON_VERTEX;
-    return tli_length_at(channel, on_verts ? tl_mesh_tets(mesh)[4 * tet + corner] : tet);
-}
-
-/* Each corner stands for a quarter of its tet. */
-static void fill_bins(const tl_mesh *mesh, const tl_channel *channel, bool logarithmic,
-                      const double ends[2], double *bins, size_t bin_count)
-{
-    const size_t count = tl_mesh_tet_count(mesh), stride = 1 + count / TETS_MOST;
-    double total = 0;
-    for (size_t i = 0; i < bin_count; i++) bins[i] = 0;
-    for (size_t t = 0; t < count; t += stride) {
-        const double volume = tli_volume_at(mesh, t) / 4;
-        for (size_t i = 0; i < 4; i++) {
-            const double at = (place(value_at(mesh, channel, t, i), logarithmic) - ends[0]) /
-                              (ends[1] - ends[0]) * (double)bin_count;
-            if (!(at >= 0 && at <= (double)bin_count) && ends[0] < ends[1]) continue;
-            const size_t bin = !(at < (double)bin_count) ? bin_count - 1 : (size_t)at;
-            bins[ends[0] < ends[1] ? bin : 0] += volume;
-            total += volume;
-        }
-    }
-    for (size_t i = 0; total > 0 && i < bin_count; i++) bins[i] /= total;
-}
-
-tl_status tl_source_histogram(tl_ctx *ctx, tl_source *source, int64_t step, const char *channel,
-                              bool logarithmic, double *bins, size_t bin_count, double range[2])
-{
-    int64_t number;
+    int64_t step;
     double time;
-    tli_body *look;
-    tl_status st = tli_source_step(ctx, source, step, &number, &time);
-    if (!st && !bin_count) st = tl_fail(ctx, TL_ERR_ARG, "a histogram of no bins");
-    if (!st) st = tli_source_look(ctx, source, number, &look);
-    if (st) return st;
-    const tl_channel *found = tl_mesh_channel_by_name(look->mesh, channel);
-    if (!found) {
-        st = tli_unknown_channel(ctx, look->mesh, channel);
-    } else {
-        tli_extremes(look->mesh, found, logarithmic, range);
-        const double ends[2] = {place(range[0], logarithmic), place(range[1], logarithmic)};
-        fill_bins(look->mesh, found, logarithmic, ends, bins, bin_count);
+    tli_body *look = NULL, *whole = NULL;
+    tli_scalar *scalar;
+    const tl_channel *found;
+    if (!bin_count) return tl_fail(ctx, TL_ERR_ARG, "a histogram of no bins");
+    tl_status st = tli_scene_step(ctx, source, scene, &step, &time);
+    if (!st) st = tli_source_look(ctx, source, step, &look);
+    if (!st) st = tli_derive_channels(ctx, scene, look, &whole);
+    if (!st) st = tli_body_channel(ctx, whole, channel, &found);
+    if (!st) {
+        tli_source_extremes(source, step, whole, found, logarithmic, range);
+        const double factor = tli_factor(logarithmic, range);
+        const double shown[2] = {tli_shown(logarithmic, factor, range[0]),
+                                 tli_shown(logarithmic, factor, range[1])};
+        st = tli_body_scalar(ctx, whole, channel, logarithmic, factor, &scalar);
+        if (!st) st = tli_body_spread(ctx, whole, scalar);
+        if (!st) tli_spread_bins(scalar, shown, bins, bin_count);
     }
+    tli_body_release(whole);
     tli_body_release(look);
     return st;
 }

@@ -1,5 +1,6 @@
-/* Paints: how a channel is coloured. What is automatic in its transfer node follows from the values
- * of a coarse mesh, so that it stays while the cut moves. */
+/* Paints: how a channel is coloured. What is automatic in its transfer node follows from all of the
+ * data, its extremes and the values of a coarse mesh of one size: it stays as it is while the cut
+ * moves, and whatever part of the mesh is chosen. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,8 +9,9 @@
 
 /* Opacities hold for a layer as thick as this part of the diagonal. */
 static const double UNIT_DISTANCE = 0.02;
-/* Part of the volume whose values are left out at either end of "most". */
-static const double TAIL = 0.002;
+/* Part of the volume whose values are left out at either end of "most" where they are far away: the
+ * others are in less than this part of the range. */
+static const double TAIL = 0.002, MOST_WIDE = 0.8;
 /* Channels of larger or smaller numbers are scaled before anything is computed with them. */
 enum { EXPONENT_MOST = 200, EXPONENT_LEAST = -1000 };
 
@@ -60,50 +62,62 @@ double tli_paint_value(const tli_paint *paint, double shown)
 
 /* ---- range ---- */
 
-/* Extremes of the values, and what they have to be scaled by. */
-static void measure(tli_paint *paint, const tl_mesh *mesh, const tl_channel *channel)
+double tli_factor(bool logarithmic, const double range[2])
 {
-    tl_values *v = &paint->values;
     int exponent = 0;
-    double extremes[2];
-    tli_extremes(mesh, channel, v->logarithmic, extremes);
-    v->least = extremes[0];
-    v->most = extremes[1];
-    const double largest = fmax(fabs(v->least), fabs(v->most));
+    const double largest = fmax(fabs(range[0]), fabs(range[1]));
+    if (logarithmic) return 1;
     if (largest > 0) frexp(largest, &exponent);
-    paint->factor = !v->logarithmic && abs(exponent) > EXPONENT_MOST ? ldexp(1, -exponent) : 1;
-    if (!v->logarithmic && exponent < EXPONENT_LEAST) paint->factor = ldexp(1, -EXPONENT_LEAST);
+    return exponent < EXPONENT_LEAST       ? ldexp(1, -EXPONENT_LEAST)
+           : abs(exponent) > EXPONENT_MOST ? ldexp(1, -exponent)
+                                           : 1;
 }
 
-static tl_status set_range(tl_ctx *ctx, const wishes *w, const tli_sample *samples, size_t count,
-                           tli_paint *paint)
+/* The range of the node's own values. */
+static tl_status check_range(tl_ctx *ctx, const wishes *w)
+{
+    if (!isfinite(w->range[1] - w->range[0]))
+        return tl_fail(ctx, TL_ERR_ARG, "%s.range: from %g to %g is too wide", w->node, w->range[0],
+                       w->range[1]);
+    if (!(w->range[0] <= w->range[1]) || (w->logarithmic && !(w->range[0] > 0)))
+        return tl_fail(ctx, TL_ERR_ARG, "%s.range: from %g to %g, expected %s", w->node,
+                       w->range[0], w->range[1],
+                       w->logarithmic && !(w->range[0] > 0) ? "a scale that begins above 0"
+                                                            : "the lower one first");
+    return TL_OK;
+}
+
+/* What is shown at the ends of "most" and "percent". */
+static void find_ranks(const wishes *w, const tli_scalar *scalar, double shown[2])
+{
+    const double low = shown[0], high = shown[1];
+    const bool by_percent = w->by == BY_PERCENT;
+    double ends[2] = {low, high};
+    for (int i = 0; scalar->spread_count && i < 2; i++) {
+        const double part = by_percent ? w->parts[i] : i ? 1 - TAIL : TAIL;
+        /* values of a coarse mesh may pass those of the original */
+        ends[i] = fmin(fmax(tli_rank_value(scalar, part), low), high);
+    }
+    if (by_percent || (ends[0] < ends[1] && ends[1] - ends[0] < MOST_WIDE * (high - low)))
+        memcpy(shown, ends, sizeof ends);
+}
+
+static tl_status set_range(tl_ctx *ctx, const wishes *w, const tli_scalar *scalar, tli_paint *paint)
 {
     tl_values *v = &paint->values;
-    double look[2] = {tli_paint_shown(paint, v->least), tli_paint_shown(paint, v->most)};
+    const double all[2] = {v->least, v->most};
+    double shown[2] = {tli_paint_shown(paint, v->least), tli_paint_shown(paint, v->most)};
     if (w->by == BY_VALUES) {
-        if (!isfinite(w->range[1] - w->range[0]))
-            return tl_fail(ctx, TL_ERR_ARG, "%s.range: from %g to %g is too wide", w->node,
-                           w->range[0], w->range[1]);
-        if (!(w->range[0] <= w->range[1]) || (v->logarithmic && !(w->range[0] > 0)))
-            return tl_fail(ctx, TL_ERR_ARG, "%s.range: from %g to %g, expected %s", w->node,
-                           w->range[0], w->range[1],
-                           v->logarithmic && !(w->range[0] > 0) ? "a scale that begins above 0"
-                                                                : "the lower one first");
         memcpy(v->range, w->range, sizeof v->range);
-        return TL_OK;
+        return check_range(ctx, w);
     }
     if (w->by == BY_PERCENT && !(w->parts[0] <= w->parts[1]))
         return tl_fail(ctx, TL_ERR_ARG, "%s.percent: from %g to %g, expected the lower one first",
                        w->node, 100 * w->parts[0], 100 * w->parts[1]);
-    const double parts[2] = {w->by == BY_PERCENT ? w->parts[0] : TAIL,
-                             w->by == BY_PERCENT ? w->parts[1] : 1 - TAIL};
-    if (w->by != BY_DATA && count) {
-        const double tails[2] = {tli_rank_value(samples, count, parts[0]),
-                                 tli_rank_value(samples, count, parts[1])};
-        if (tails[0] < tails[1] || w->by == BY_PERCENT) memcpy(look, tails, sizeof look);
-    }
-    for (int i = 0; i < 2; i++) v->range[i] = tli_paint_value(paint, look[i]);
-    if (w->by == BY_PERCENT && !count) v->range[0] = v->range[1] = 0;
+    if (w->by != BY_DATA) find_ranks(w, scalar, shown);
+    for (int i = 0; i < 2; i++) /* an extreme to the bit */
+        v->range[i] =
+            shown[i] == tli_paint_shown(paint, all[i]) ? all[i] : tli_paint_value(paint, shown[i]);
     return TL_OK;
 }
 
@@ -150,8 +164,8 @@ static tl_status set_colors(tl_ctx *ctx, const wishes *w, tli_paint *paint)
     return TL_OK;
 }
 
-static tl_status set_opacities(tl_ctx *ctx, const wishes *w, const tli_sample *samples,
-                               size_t count, tli_paint *paint)
+static tl_status set_opacities(tl_ctx *ctx, const wishes *w, const tli_scalar *scalar,
+                               tli_paint *paint)
 {
     tl_status st = TL_OK;
     const size_t own = w->opacities.count / 2;
@@ -162,7 +176,7 @@ static tl_status set_opacities(tl_ctx *ctx, const wishes *w, const tli_sample *s
         paint->opacities[i] = (tl_opacity_point){shown_point(paint, w->opacities.reals[2 * i]),
                                                  w->opacities.reals[2 * i + 1]};
     paint->values.opacity_count =
-        own ? own : tli_look_opacities(samples, count, paint->values.shown_range, paint->opacities);
+        own ? own : tli_look_opacities(scalar, paint->values.shown_range, paint->opacities);
     return TL_OK;
 }
 
@@ -206,28 +220,36 @@ static tl_status set_names(tl_ctx *ctx, const char *name, const tl_channel *chan
     return st;
 }
 
-static tl_status fill(tl_ctx *ctx, const wishes *w, tli_body *look, const char *name,
-                      tli_paint *paint)
+/* What a paint is made for. */
+typedef struct subject {
+    const tl_source *source;
+    int64_t step;
+    tli_body *whole; /* look */
+    const char *name;
+} subject;
+
+static tl_status fill(tl_ctx *ctx, const wishes *w, const subject *of, tli_paint *paint)
 {
     const tl_channel *channel;
     tli_scalar *scalar;
-    tli_sample *samples = NULL;
-    size_t count = 0;
+    double extremes[2];
     tl_values *v = &paint->values;
-    tl_status st = tli_body_channel(ctx, look, name, &channel);
-    if (!st) st = set_names(ctx, name, channel, paint);
+    tl_status st = tli_body_channel(ctx, of->whole, of->name, &channel);
+    if (!st) st = set_names(ctx, of->name, channel, paint);
     if (st) return st;
     v->logarithmic = w->logarithmic;
-    measure(paint, look->mesh, channel);
-    st = tli_body_scalar(ctx, look, name, v->logarithmic, paint->factor, &scalar);
-    if (!st) st = tli_take_samples(ctx, look->mesh, scalar->values, &samples, &count);
-    if (!st) st = set_range(ctx, w, samples, count, paint);
+    tli_source_extremes(of->source, of->step, of->whole, channel, v->logarithmic, extremes);
+    v->least = extremes[0];
+    v->most = extremes[1];
+    paint->factor = tli_factor(v->logarithmic, extremes);
+    st = tli_body_scalar(ctx, of->whole, of->name, v->logarithmic, paint->factor, &scalar);
+    if (!st) st = tli_body_spread(ctx, of->whole, scalar);
+    if (!st) st = set_range(ctx, w, scalar, paint);
     if (!st) st = set_colors(ctx, w, paint);
-    if (!st) st = set_opacities(ctx, w, samples, count, paint);
-    tl_mem_free(ctx, samples);
+    if (!st) st = set_opacities(ctx, w, scalar, paint);
     if (!st) st = set_values(ctx, paint);
-    const double unit =
-        w->unit_distance > 0 ? w->unit_distance : UNIT_DISTANCE * fmax(look->diagonal, 1e-300);
+    const double diagonal = fmax(of->source->facts.diagonal, 1e-300);
+    const double unit = w->unit_distance > 0 ? w->unit_distance : UNIT_DISTANCE * diagonal;
     if (!st)
         st = tl_transfer_create(ctx, paint->colors, v->color_count, paint->opacities,
                                 v->opacity_count, unit, &paint->transfer);
@@ -240,25 +262,26 @@ static tl_status fill(tl_ctx *ctx, const wishes *w, tli_body *look, const char *
     return st;
 }
 
-tli_recipe tli_paint_recipe(const tli_body *look, const tl_scene *scene, const char *channel)
+tli_recipe tli_paint_recipe(const tli_body *whole, const tl_scene *scene, const char *channel)
 {
     const tl_node node = tl_scene_transfer_of(scene, channel);
-    return tli_recipe_count(tli_recipe_text(look->recipe, channel),
+    return tli_recipe_count(tli_recipe_text(whole->recipe, channel),
                             node ? tl_scene_node_version(scene, node) : 0);
 }
 
-tl_status tli_paint_create(tl_ctx *ctx, const tl_scene *scene, tli_body *look, const char *channel,
-                           tli_paint **paint)
+tl_status tli_paint_create(tl_ctx *ctx, const tl_source *source, const tl_scene *scene,
+                           int64_t step, tli_body *whole, const char *channel, tli_paint **paint)
 {
     tl_status st = TL_OK;
     const wishes w = wishes_of(ctx, scene, channel);
+    const subject of = {source, step, whole, channel};
     tli_paint *made = tl_mem_zalloc(ctx, 1, sizeof *made, &st);
     *paint = NULL;
     if (st) return st;
     made->ctx = ctx;
-    made->recipe = tli_paint_recipe(look, scene, channel);
+    made->recipe = tli_paint_recipe(whole, scene, channel);
     atomic_init(&made->uses, 1);
-    st = fill(ctx, &w, look, channel, made);
+    st = fill(ctx, &w, &of, made);
     if (st)
         tli_paint_release(made);
     else

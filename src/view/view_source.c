@@ -144,6 +144,7 @@ tl_status tl_source_create(tl_ctx *ctx, tl_mesh *mesh, const char *name, tl_sour
     if (!st) st = tli_body_create(ctx, mesh, 1, &(*source)->body);
     if (!st) {
         st = set_mesh_facts(ctx, *source);
+        (*source)->looks = tl_mem_zalloc(ctx, 1, sizeof *(*source)->looks, &st);
         if (st) (*source)->body->mesh = NULL; /* stays the caller's */
     }
     return st ? fail(source, st) : TL_OK;
@@ -240,6 +241,21 @@ uint32_t tli_source_channel(const tl_source *source, int64_t step, const char *n
     return TL_NONE;
 }
 
+void tli_source_extremes(const tl_source *source, int64_t step, const tli_body *look,
+                         const tl_channel *channel, bool logarithmic, double range[2])
+{
+    const tl_store_head *head = source->store ? tl_store_get_head(source->store) : NULL;
+    for (uint32_t c = 0; head && c < head->channel_count; c++) {
+        const tl_store_channel *own = &head->channels[c];
+        if (own->on != channel->on || !tli_in_step(own, step) ||
+            strcmp(own->name, channel->name) != 0 || (logarithmic && !(own->range[0] > 0)))
+            continue;
+        memcpy(range, own->range, 2 * sizeof *range);
+        return;
+    }
+    tli_extremes(look->mesh, channel, logarithmic, range);
+}
+
 /* ---- meshes ---- */
 
 static int by_number(const void *a, const void *b)
@@ -311,7 +327,8 @@ tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, con
     return st;
 }
 
-static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, tli_body **body)
+/* The mesh of a coarse cut. */
+static tl_status make_coarse(tl_ctx *ctx, const tl_source *source, int64_t step, tli_body **body)
 {
     tl_status st = TL_OK;
     tl_cut *cut = NULL;
@@ -329,6 +346,18 @@ static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, t
                              tli_recipe_count(2, (uint64_t)step), body);
     tl_cut_destroy(cut);
     tl_mem_free(ctx, channels);
+    return st;
+}
+
+static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, tli_body **body)
+{
+    tl_status st = source->store ? make_coarse(ctx, source, step, body)
+                                 : tli_body_borrow(ctx, source->body, source->body->recipe, body);
+    if (!st) st = tli_body_spots(ctx, *body);
+    if (st) {
+        tli_body_release(*body);
+        *body = NULL;
+    }
     return st;
 }
 
@@ -367,8 +396,8 @@ static tl_status shared_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_b
 
 tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
 {
-    tli_body *shared = source->body ? tli_body_use(source->body) : NULL;
-    tl_status st = shared ? TL_OK : shared_look(ctx, source, step, &shared);
+    tli_body *shared = NULL;
+    tl_status st = shared_look(ctx, source, source->body ? -1 : step, &shared);
     *body = NULL;
     /* views on other threads have it, too: what each computes of it is its own */
     if (!st) st = tli_body_borrow(ctx, shared, shared->recipe, body);

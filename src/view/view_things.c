@@ -172,6 +172,19 @@ static double steepest(const tl_mesh *mesh, const double *gradients)
     return most;
 }
 
+/* Of all of the data, like the colours: it does not change with the cut, nor with what is chosen.
+ */
+static tl_status steepest_of_all(tli_maker *m, const tli_paint *paint, double *most)
+{
+    tli_scalar *scalar;
+    tli_body *whole = m->agenda->whole;
+    tl_status st = tli_body_scalar(m->ctx, whole, paint->values.channel, paint->values.logarithmic,
+                                   paint->factor, &scalar);
+    if (!st) st = tli_body_gradients(m->ctx, whole, scalar);
+    if (!st) *most = steepest(whole->mesh, scalar->gradients);
+    return st;
+}
+
 static tl_status make_volume(tli_maker *m, const tli_entry *entry)
 {
     static const tl_volume_method METHODS[] = {TL_VOLUME_AUTOMATIC, TL_VOLUME_PROJECTED,
@@ -180,6 +193,8 @@ static tl_status make_volume(tli_maker *m, const tli_entry *entry)
     const tli_paint *paint = entry->own;
     const tl_scene *scene = m->agenda->scene;
     const double fade = tli_maker_real(m, entry, "gradient_opacity");
+    const bool by_percent = tl_scene_flag(scene, entry->node, "gradient_percent");
+    double most = 0;
     tli_thing thing = {.kind = TLI_THING_VOLUME,
                        .recipe = thing_recipe(m, entry, NULL, paint),
                        .transfer = paint->transfer,
@@ -192,14 +207,13 @@ static tl_status make_volume(tli_maker *m, const tli_entry *entry)
         st = tli_body_gradients(m->ctx, m->body, scalar);
         thing.volume_opts.gradients = scalar->gradients;
     }
+    if (!st && fade > 0 && by_percent) st = steepest_of_all(m, paint, &most);
     if (st) return st;
     thing.scalar = scalar->values;
     if (fade > 0)
-        thing.volume_opts.gradient_opacity =
-            tl_scene_flag(scene, entry->node, "gradient_percent")
-                ? fade / 100 * steepest(m->body->mesh, scalar->gradients)
-            : paint->values.logarithmic ? fade
-                                        : fade * paint->factor;
+        thing.volume_opts.gradient_opacity = by_percent                  ? fade / 100 * most
+                                             : paint->values.logarithmic ? fade
+                                                                         : fade * paint->factor;
     return tli_maker_add(m, &thing);
 }
 

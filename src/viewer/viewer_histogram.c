@@ -16,22 +16,13 @@ static const double TICK_LENGTH = 4, SMALL_TICK_LENGTH = 2.5;
 
 /* ---- counts ---- */
 
-bool viewer_histogram_take(viewer *v, viewer_histogram *histogram, const char *channel,
+void viewer_histogram_take(viewer *v, viewer_histogram *histogram, const char *channel,
                            bool logarithmic)
 {
-    const int64_t step = (int64_t)tl_scene_real(v->scene, TL_NODE_DATA + 1, "step");
-    const bool same = strcmp(histogram->channel, channel) == 0 &&
-                      histogram->logarithmic == logarithmic && histogram->step == step;
-    if (!same) {
-        g_strlcpy(histogram->channel, channel, sizeof histogram->channel);
-        histogram->logarithmic = logarithmic;
-        histogram->step = step;
-    }
-    const bool was_there = same && histogram->is_there;
-    histogram->is_there =
-        v->source && *channel &&
-        tl_live_histogram(v->live, channel, step, logarithmic, &histogram->counts);
-    return !same || histogram->is_there != was_there;
+    g_strlcpy(histogram->channel, channel, sizeof histogram->channel);
+    histogram->logarithmic = logarithmic;
+    histogram->is_there = v->source && *channel &&
+                          tl_live_histogram(v->live, channel, logarithmic, &histogram->counts);
 }
 
 void viewer_histogram_fit(const viewer_histogram *histogram, const double range[2],

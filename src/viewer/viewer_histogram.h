@@ -9,13 +9,12 @@
 typedef struct viewer_histogram {
     char channel[TL_SCENE_TEXT_BYTES];
     bool logarithmic;
-    int64_t step;  /* -1: the first */
     bool is_there; /* counts are those of the above */
     tl_live_counts counts;
 } viewer_histogram;
 /* Goes over to a channel; its counts may come later, with VIEWER_LIVE, when this is called again.
- * True if there is something else to paint. */
-bool viewer_histogram_take(viewer *v, viewer_histogram *histogram, const char *channel,
+ */
+void viewer_histogram_take(viewer *v, viewer_histogram *histogram, const char *channel,
                            bool logarithmic);
 
 /* Ends of the axis for a channel whose colours have a range: that with something beside it, as far
