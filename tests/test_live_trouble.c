@@ -190,6 +190,7 @@ static double fly(uint64_t throttle_bytes_s, double *took)
         tl_live_release(f.live, tl_live_frame(f.live));
     }
     tl_live_set_moving(f.live, false);
+    live_turn(f.live, f.ctx, f.scene, 9); /* whatever was taken: there is one more picture */
     const tl_frame *frame = live_settle(f.live);
     CHECK(frame && frame->is_final);
     tl_live_release(f.live, frame);

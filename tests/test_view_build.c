@@ -126,6 +126,7 @@ static void content_of_a_model(void **state)
     CHECK_OK(ctx, tl_scene_do(ctx, scene, "set surface1.value 0.3"));
     CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, &limits, &quick));
     CHECK(quick->body == coarse->body && quick->shapes[0] != coarse->shapes[0]);
+    CHECK(!tl_content_get_facts(quick)->is_complete && !tl_content_get_facts(quick)->bounds_kept);
     tl_content_destroy(ctx, quick);
     tl_content_destroy(ctx, coarse);
     /* pixels that are larger make it coarser */
@@ -140,6 +141,57 @@ static void content_of_a_model(void **state)
     CHECK(tl_content_get_facts(fine)->is_complete && !tl_content_get_facts(coarse)->is_complete);
     tl_content_destroy(ctx, fine);
     tl_content_destroy(ctx, coarse);
+    tl_content_destroy(ctx, content);
+    tl_view_destroy(view);
+    tl_scene_destroy(ctx, scene);
+    tl_source_destroy(source);
+    check_ctx_destroy(ctx);
+}
+
+/* What a cut promises from another camera is what it promises when it is made for it; on a cut that
+ * stays a content says whether that is enough. */
+static void promises_for_other_cameras(void **state)
+{
+    static const char *const LINES[] = {"add surface channel=f value=0.5", "set detail.error_px 4",
+                                        NULL};
+    (void)state;
+    tl_view *view = NULL;
+    tl_ctx *ctx = check_ctx_create(2);
+    tl_source *source = view_model(ctx, MODEL_SIDE);
+    tl_scene *scene = view_scene(ctx, source, LINES);
+    CHECK_OK(ctx, tl_view_create(ctx, source, &view));
+    tl_content *content = view_build(ctx, view, scene), *there = NULL;
+    tl_camera camera = view_camera(scene);
+    tl_view_limits limits = tl_view_limits_defaults();
+    double pixels = -1, nearest = 0;
+    limits.any_cut = true;
+    CHECK_OK(ctx, tl_content_error_px(ctx, content, &camera, &pixels));
+    CHECK_NEAR(pixels, tl_content_get_facts(content)->error_px, 0);
+    for (int i = 0; i < 6; i++) {
+        for (int k = 0; k < 3; k++)
+            camera.position[k] += 0.3 * (camera.focal_point[k] - camera.position[k]);
+        CHECK_OK(ctx, tl_content_error_px(ctx, content, &camera, &pixels));
+        CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, &limits, &there));
+        const tl_content_facts *facts = tl_content_get_facts(there);
+        CHECK_NEAR(pixels, facts->error_px, 0);
+        CHECK_EQ(facts->is_complete, pixels <= 4);
+        CHECK(there->body == content->body);
+        nearest = fmax(nearest, pixels);
+        tl_content_destroy(ctx, there);
+    }
+    CHECK(nearest > 4);
+    /* another scene asks for other errors of the same cut; a frozen one is all that is asked for */
+    camera = view_camera(scene);
+    CHECK_OK(ctx, tl_scene_do(ctx, scene, "set detail.error_px 0.01"));
+    CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, &limits, &there));
+    CHECK(!tl_content_get_facts(there)->is_complete);
+    tl_content_destroy(ctx, there);
+    CHECK_OK(ctx, tl_scene_do(ctx, scene, "set detail.frozen on"));
+    CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, NULL, &there));
+    CHECK(tl_content_get_facts(there)->is_complete);
+    camera.view_angle = 0;
+    CHECK_STATUS(tl_content_error_px(ctx, there, &camera, &pixels), TL_ERR_ARG);
+    tl_content_destroy(ctx, there);
     tl_content_destroy(ctx, content);
     tl_view_destroy(view);
     tl_scene_destroy(ctx, scene);
@@ -419,6 +471,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(content_of_a_mesh),
                                        cmocka_unit_test(values_that_are_none_have_their_colour),
                                        cmocka_unit_test(content_of_a_model),
+                                       cmocka_unit_test(promises_for_other_cameras),
                                        cmocka_unit_test(focus_and_frozen_cuts),
                                        cmocka_unit_test(nothing_to_show),
                                        cmocka_unit_test(wrong_scenes),

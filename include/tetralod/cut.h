@@ -104,6 +104,10 @@ TL_API void tl_cut_destroy(tl_cut *cut);
  * was. TL_ERR_ARG for values out of range. */
 TL_API tl_status tl_cut_update(tl_cut *cut, const tl_cut_query *query);
 
+/* The cut stays; its state is then what it holds and promises for this query: bounds_kept tells
+ * whether all that is asked for is there. Fails as tl_cut_update. */
+TL_API tl_status tl_cut_assess(tl_cut *cut, const tl_cut_query *query);
+
 /* Only refines segments whose input patches may be used: called once for each patch that would be
  * drawn anew; false keeps the coarser patches in its place. NULL (the default) takes all. What was
  * wanted is then in tl_cut_wanted. */

@@ -63,9 +63,11 @@ TL_API tl_status tl_live_get_scene(tl_live *live, tl_ctx *ctx, tl_scene **scene)
 TL_API tl_status tl_live_set_scene(tl_live *live, const tl_scene *scene);
 /* Pixels of the pictures, 1 to 16,384 each; default 1280 x 800. Out of range: the nearest. */
 TL_API void tl_live_set_size(tl_live *live, uint32_t width, uint32_t height);
-/* While moving (a drag, a spin, a key that is held down): contents of few tets, and fewer pixels
- * that are scaled up, so that a frame takes the scene's frame_s at most. Else contents become finer
- * in steps until they are all that the scene asks for. Default false. */
+/* While moving (a drag, a spin, a key that is held down): contents of few tets, or what is there
+ * where it is drawn in time, and fewer pixels that are scaled up, so that a frame takes the scene's
+ * frame_s at most. Else contents become finer in steps until they are all that the scene asks for:
+ * a frame at rest is never coarser, by error_px, than one before it of the same camera and scene,
+ * but where that had less than the error asked for, or memory ran out. Default false. */
 TL_API void tl_live_set_moving(tl_live *live, bool moving);
 
 /* ---- frames ---- */
@@ -80,10 +82,12 @@ typedef struct tl_frame {
     uint64_t scene_version;        /* tl_scene_version of the scene it was drawn with */
     const tl_content *content;     /* what is drawn; NULL: nothing yet. Any thread */
     const tl_content_facts *facts; /* of content; NULL: nothing yet */
-    uint32_t reduction;            /* a pixel of the drawing is so many wide and high here */
-    uint32_t samples;              /* or has so many in x and y */
-    bool is_complete;              /* all that the scene asks for, or that memory has room for */
-    bool is_final;                 /* with all of its rays, too: nothing is under way */
+    double error_px;    /* of a model: off by so many pixels of the final picture at most, from this
+                           camera; infinite: not bounded, see tl_content_error_px; else 0 */
+    uint32_t reduction; /* a pixel of the drawing is so many wide and high here */
+    uint32_t samples;   /* or has so many in x and y */
+    bool is_complete;   /* all that the scene asks for, or that memory has room for */
+    bool is_final;      /* with all of its rays, too: nothing is under way */
     bool is_moving;
     double draw_s;        /* seconds it took: drawing, scaling, words, 8 bits */
     const char *renderer; /* as tl_renderer_name */

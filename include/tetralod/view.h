@@ -131,7 +131,8 @@ typedef struct tl_view_limits {
     uint64_t tets_max;     /* default UINT64_MAX: what the scene says */
     double error_px_least; /* no finer than this error on the screen, pixels; default 0 */
     bool any_cut;          /* default false; true: things of the cut that is there, whatever the
-                              camera, if there is one: a change of colours is seen at once */
+                              camera, if there is one, without limits: a change of colours is seen
+                              at once. What the content promises is that of this cut */
 } tl_view_limits;
 TL_API tl_view_limits tl_view_limits_defaults(void);
 
@@ -189,6 +190,11 @@ typedef struct tl_content_facts {
 } tl_content_facts;
 /* Borrowed from the content, as are all that follow. */
 TL_API const tl_content_facts *tl_content_get_facts(const tl_content *content);
+/* How far what another camera sees of it is off at most, in pixels of that picture, as
+ * facts.error_px is for the camera it was made for: infinite where a visible value was lost, since
+ * its isosurface then has no place; 0 of a mesh. TL_ERR_ARG for a camera that is none. */
+TL_API tl_status tl_content_error_px(tl_ctx *ctx, const tl_content *content,
+                                     const tl_camera *camera, double *pixels);
 /* The channels shown [*count], in the order in which things name them. */
 TL_API const tl_values *const *tl_content_all_values(const tl_content *content, size_t *count);
 /* The one of that name; NULL if it is not shown. */

@@ -119,29 +119,29 @@ static tl_status settle(tl_cut *c)
 
 /* ---- what holds ---- */
 
-static tl_status sum_up(tl_cut *c)
+/* Of the patches that are drawn, which are those of the selection. */
+static tl_status sum_up(tl_cut *c, const tli_selection *of)
 {
     const tl_store_head *head = c->graph.head;
     tl_status st = TL_OK;
     tl_cut_state *s = &c->state;
     bool leaves = c->leaves > 0, within = true;
-    if (c->next.total.tets > 0 && (uint64_t)c->next.total.tets > c->asked.tets_max) within = false;
-    if (c->next.total.bytes > 0 && (uint64_t)c->next.total.bytes > c->asked.bytes_max)
-        within = false;
-    *s = (tl_cut_state){.tets = (uint64_t)c->next.total.tets,
-                        .vertices = (uint64_t)c->next.total.verts,
-                        .bytes = (uint64_t)c->next.total.bytes,
+    if (of->total.tets > 0 && (uint64_t)of->total.tets > c->asked.tets_max) within = false;
+    if (of->total.bytes > 0 && (uint64_t)of->total.bytes > c->asked.bytes_max) within = false;
+    *s = (tl_cut_state){.tets = (uint64_t)of->total.tets,
+                        .vertices = (uint64_t)of->total.verts,
+                        .bytes = (uint64_t)of->total.bytes,
                         .patches = c->drawn.count,
-                        .segments = c->next.list.count,
+                        .segments = of->list.count,
                         .bounds_kept = within && (!leaves || tli_leaves_keep(&c->asked, head)),
                         .boundary_error = leaves ? head->levels[0].boundary_error : 0};
     for (size_t i = 0; i < head->channel_count; i++)
         c->channel_errors[i] = leaves ? head->levels[0].max_error[i] : 0;
-    for (size_t i = 0; !st && i < c->next.fringe.count; i++) {
+    for (size_t i = 0; !st && i < of->fringe.count; i++) {
         tl_segment_info info;
         double severity = 0, space, pixels;
-        uint32_t x = c->next.fringe.ids[i];
-        if (tli_is_refined(&c->next, x)) continue;
+        uint32_t x = of->fringe.ids[i];
+        if (tli_is_refined(of, x)) continue;
         st = tl_store_segment(c->ctx, c->graph.store, x, &info);
         if (!st) st = tli_severity(&c->asked, &c->graph, x, &severity);
         if (st) break;
@@ -171,12 +171,19 @@ tl_status tl_cut_update(tl_cut *c, const tl_cut_query *query)
     tl_status st = select_segments(c, query);
     if (!st) st = tli_cut_trim(c);
     if (!st) st = settle(c);
-    if (!st) st = sum_up(c);
+    if (!st) st = sum_up(c, &c->next);
     if (st) return tl_note(c->ctx, st, "while moving the cut");
     tli_selection before = c->now;
     c->now = c->next;
     c->next = before;
     return TL_OK;
+}
+
+tl_status tl_cut_assess(tl_cut *c, const tl_cut_query *query)
+{
+    tl_status st = tli_asked_set(&c->asked, c->graph.head, query);
+    if (!st) st = sum_up(c, &c->now);
+    return st ? tl_note(c->ctx, st, "while looking at the cut") : TL_OK;
 }
 
 tl_status tl_cut_foresee(tl_cut *c, const tl_cut_query *query, const uint32_t **patches,

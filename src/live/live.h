@@ -33,10 +33,18 @@ typedef struct tli_live_scene {
     unsigned holds;
 } tli_live_scene;
 
+/* What makes contents of a file. What is made for movements has a cut of its own, so that the one
+ * of a picture at rest stays where it is meanwhile. */
+typedef enum tli_live_cut {
+    TLI_LIVE_CUT_FINE = 0,
+    TLI_LIVE_CUT_COARSE,
+    TLI_LIVE_CUTS
+} tli_live_cut;
+
 /* An open file; of the builder's context. */
 typedef struct tli_live_source {
     tl_source *source;
-    tl_view *view;
+    tl_view *views[TLI_LIVE_CUTS];
     unsigned holds;
     struct tli_live_source *next; /* among former ones, or those that can go */
 } tli_live_source;
@@ -58,8 +66,13 @@ typedef struct tli_live_content {
     uint64_t stamp;   /* of its scene */
     tl_camera camera; /* it was made for */
     tli_live_step step;
-    double error_px;   /* it was allowed */
+    tli_live_cut cut;  /* that it was made of */
     uint64_t tets_max; /* it was allowed; UINT64_MAX: any */
+    bool is_stepped;   /* what was to come before all that is asked for is no finer */
+    tl_camera asked;   /* the last camera that its errors were asked for, and the answer */
+    double asked_px;   /* < 0: none */
+    double rest_s;     /* what a picture of all pixels takes, a ray a pixel; 0: ? */
+    unsigned too_slow; /* frames in a row, while something moved, that passed the goal */
     unsigned holds;
     struct tli_live_content *next; /* among those that can go */
 } tli_live_content;
@@ -134,8 +147,8 @@ struct tl_live {
     /* what there is; each holds */
     tli_live_source *source; /* NULL: none */
     tli_live_source *former; /* list of those that the shell may still look at; each held once */
-    tli_live_content *coarse, *fine;
-    tli_live_source *old_sources; /* to be destroyed by the builder */
+    tli_live_content *coarse, *fine; /* the last ones of both cuts, or NULL */
+    tli_live_source *old_sources;    /* to be destroyed by the builder */
     tli_live_content *old_contents;
 
     /* the builder's */
@@ -216,8 +229,15 @@ void tli_live_show_scene(tl_live *live, tli_live_scene *scene);
 /* The camera of the scene for the pictures; false without a scene. */
 bool tli_live_camera(const tl_live *live, tl_camera *camera);
 bool tli_live_same_camera(const tl_camera *a, const tl_camera *b);
-/* The content to draw now; NULL: none. */
+/* Pixels by which a content is off at most from a camera; infinite: not bounded. */
+double tli_live_off_px(const tl_live *live, tli_live_content *content, const tl_camera *camera);
+/* A content shows less than another one from the camera of the scene. */
+bool tli_live_is_coarser(const tl_live *live, tli_live_content *content, tli_live_content *other);
+/* The content to draw now; NULL: none. At rest the finest one for the camera, while something moves
+ * the finest one that is drawn in time. */
 tli_live_content *tli_live_best(const tl_live *live);
+/* A content that is drawn in time while something moves. */
+bool tli_live_is_light(const tl_live *live, const tli_live_content *content);
 /* Most tets that memory and card have room for, as far as known. */
 uint64_t tli_live_room(const tl_live *live);
 /* It is all that the scene asks for, for this camera, or all that memory has room for. */
@@ -250,8 +270,9 @@ void tli_live_answer_end(tl_live *live);
 /* What the builder has to do next. */
 typedef struct tli_live_task {
     tli_live_step step;
+    tli_live_cut cut; /* to be moved, or to be made of as it is */
     tl_camera camera;
-    double error_px;
+    double error_px; /* at most so fine; 0: any */
     uint64_t tets_max;
 } tli_live_task;
 /* *wait_s: when nothing is to be done now but later, seconds till then; else infinity. */

@@ -75,7 +75,7 @@ static void clear_old(tl_live *live)
         }
         while (sources) {
             tli_live_source *next = sources->next;
-            tl_view_destroy(sources->view);
+            for (int i = 0; i < TLI_LIVE_CUTS; i++) tl_view_destroy(sources->views[i]);
             tl_source_destroy(sources->source);
             tl_mem_free(ctx, sources);
             sources = next;
@@ -123,12 +123,13 @@ static tl_status first_scene(tl_live *live, const tli_live_source *s, const tl_s
                              uint32_t width, uint32_t height, tl_scene **scene)
 {
     tl_ctx *ctx = live->builder.ctx;
+    tl_view *view = s->views[TLI_LIVE_CUT_COARSE]; /* makes the first content, too */
     double bounds[6], window[4];
     tl_status st = given ? tl_scene_copy(ctx, given, scene) : tl_scene_create(ctx, scene);
     if (!st && !has_things(*scene)) st = tl_first_look(ctx, s->source, *scene);
-    if (!st) st = tl_view_bounds(ctx, s->view, *scene, bounds);
+    if (!st) st = tl_view_bounds(ctx, view, *scene, bounds);
     if (!st) st = tl_scene_set_bounds(ctx, *scene, bounds);
-    if (!st) st = tl_view_window(ctx, s->view, *scene, width, height, window);
+    if (!st) st = tl_view_window(ctx, view, *scene, width, height, window);
     if (!st) st = tl_scene_set_frame(ctx, *scene, width, height, window);
     if (!st) tl_scene_forget(ctx, *scene);
     return st;
@@ -172,7 +173,8 @@ static void open_file(tl_live *live)
     tli_live_source *s = tl_mem_zalloc(ctx, 1, sizeof *s, &st);
     if (!st) s->holds = 1;
     if (!st) st = open_source(live, path, given ? given->scene : NULL, &s->source);
-    if (!st) st = tl_view_create(ctx, s->source, &s->view);
+    for (int i = 0; !st && i < TLI_LIVE_CUTS; i++)
+        st = tl_view_create(ctx, s->source, &s->views[i]);
     if (!st) st = first_scene(live, s, given ? given->scene : NULL, width, height, &scene);
     tli_live_lock(live);
     char text[sizeof((tl_live_event *)0)->text];
@@ -194,11 +196,25 @@ static void open_file(tl_live *live)
 
 /* ---- contents ---- */
 
+/* A content that was to be seen until all that is asked for is there, and is coarser than what is
+ * shown. */
+static bool comes_too_late(tl_live *live, tli_live_content *made)
+{
+    tli_live_content *best = tli_live_best(live);
+    return made->step == TLI_LIVE_FINE && !tli_live_is_final(live, made) && best &&
+           best == live->fine && best->stamp == made->stamp &&
+           tli_live_is_coarser(live, made, best);
+}
+
 /* With the lock. */
 static void put(tl_live *live, const tli_live_task *task, tli_live_content *made, double seconds)
 {
-    bool small = made->facts->tets <= live->pace.tets && task->step != TLI_LIVE_FINE;
-    tli_live_content **place = small || task->step == TLI_LIVE_COARSE ? &live->coarse : &live->fine;
+    if (comes_too_late(live, made)) {
+        live->fine->is_stepped = true;
+        tli_live_drop_content(live, made);
+        return;
+    }
+    tli_live_content **place = task->cut == TLI_LIVE_CUT_FINE ? &live->fine : &live->coarse;
     tli_live_content **other = place == &live->coarse ? &live->fine : &live->coarse;
     tli_live_drop_content(live, *place);
     *place = made;
@@ -228,10 +244,11 @@ static tl_status build(tl_live *live, const tli_live_source *source, const tl_sc
     tl_view_limits limits = tl_view_limits_defaults();
     limits.tets_max = task->tets_max;
     limits.any_cut = task->step == TLI_LIVE_QUICK;
-    if (isfinite(task->error_px)) limits.error_px_least = task->error_px;
+    limits.error_px_least = task->error_px;
     *made = tl_mem_zalloc(ctx, 1, sizeof **made, &st);
     if (!st)
-        st = tl_view_build(ctx, source->view, scene, &task->camera, &limits, &(*made)->content);
+        st = tl_view_build(ctx, source->views[task->cut], scene, &task->camera, &limits,
+                           &(*made)->content);
     if (st) {
         tl_mem_free(ctx, *made);
         *made = NULL;
@@ -263,8 +280,9 @@ static void make_content(tl_live *live, const tli_live_task *task)
         made->stamp = scene->stamp;
         made->camera = task->camera;
         made->step = task->step;
-        made->error_px = task->error_px;
+        made->cut = task->cut;
         made->tets_max = task->tets_max;
+        made->asked_px = -1;
         made->holds = 1;
         if (source == live->source)
             put(live, task, made, seconds);

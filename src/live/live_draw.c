@@ -225,6 +225,8 @@ static tl_status draw(drawer *d, const shot *s)
 
 static void count_moving(tl_live *live, const shot *s, double seconds)
 {
+    if (s->content->facts->tets > live->pace.tets) /* kept since it was thought to be light */
+        s->content->too_slow = seconds > live->pace.goal_s ? s->content->too_slow + 1 : 0;
     tl_live_stats *stats = &live->stats;
     double waited = tli_clock_s() - s->asked_s;
     const uint64_t tets = live->pace.tets;
@@ -233,6 +235,15 @@ static void count_moving(tl_live *live, const shot *s, double seconds)
     stats->longest_wait_s = fmax(stats->longest_wait_s, waited);
     tli_pace_add(&live->pace, s->reduction, s->content->facts->tets, seconds);
     if (live->pace.tets != tets) tli_bell_ring(&live->builder.bell);
+}
+
+static void count_rest(tl_live *live, const shot *s, double seconds)
+{
+    s->content->rest_s = tli_pace_unsampled(seconds, s->samples);
+    if (s->samples > 1) return;
+    live->rest_s = seconds;
+    bool stays = tli_live_is_light(live, s->content);
+    tli_pace_rest(&live->pace, stays ? 0 : s->content->facts->tets, seconds);
 }
 
 /* More than the card may have: contents get smaller. */
@@ -288,6 +299,7 @@ static void publish(drawer *d, const shot *s, double seconds)
                              .scene_version = s->scene->version,
                              .content = s->content->content,
                              .facts = s->content->facts,
+                             .error_px = tli_live_off_px(live, s->content, &s->camera),
                              .reduction = s->reduction,
                              .samples = s->samples,
                              .is_complete = s->is_complete,
@@ -303,10 +315,8 @@ static void publish(drawer *d, const shot *s, double seconds)
     look_at_card(live, d, s);
     if (s->moving)
         count_moving(live, s, seconds);
-    else if (s->samples == 1 && s->reduction == 1) {
-        live->rest_s = seconds;
-        tli_pace_rest(&live->pace, s->content->facts->tets, seconds);
-    }
+    else if (s->reduction == 1)
+        count_rest(live, s, seconds);
     tli_live_tell(live);
 }
 

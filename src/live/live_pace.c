@@ -17,6 +17,9 @@ enum { REDUCTION_FIRST = 2 };
 enum { TETS_FIRST = 200000, TETS_LEAST = 20000, TETS_MOST = 4000000 };
 /* Part of the goal that a frame of all pixels leaves before there are more tets. */
 static const double IDLE = 0.35;
+/* Part of a frame's time that may not become less with fewer pixels: what is done for each vertex.
+ */
+static const double STAYS = 0.5;
 
 tli_pace tli_pace_start(void)
 {
@@ -62,6 +65,23 @@ static void change_tets(tli_pace *pace, uint64_t drawn)
     }
     pace->tets = tets < TETS_LEAST ? TETS_LEAST : tets > TETS_MOST ? TETS_MOST : tets;
     pace->light = pace->heavy = 0;
+}
+
+/* What a picture takes that has so many times the rays. */
+static double by_rays(double rays)
+{
+    return STAYS + (1 - STAYS) * rays;
+}
+
+bool tli_pace_holds(const tli_pace *pace, double rest_s)
+{
+    const double fewer = 1.0 / (REDUCTION_FIRST * REDUCTION_FIRST);
+    return rest_s > 0 && rest_s * by_rays(fewer) <= AIM * pace->goal_s;
+}
+
+double tli_pace_unsampled(double seconds, uint32_t samples)
+{
+    return seconds / by_rays((double)samples * samples);
 }
 
 void tli_pace_rest(tli_pace *pace, uint64_t tets, double seconds)

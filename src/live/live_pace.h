@@ -25,6 +25,11 @@ void tli_pace_ask(tli_pace *pace, double goal_s, uint64_t tets);
 /* A frame at rest, of all pixels and that many tets, took so long: what is to be expected when
  * something moves again. */
 void tli_pace_rest(tli_pace *pace, uint64_t tets, double seconds);
+/* Whether a content that takes so long at rest, all pixels (0: nobody knows), is drawn in time
+ * while something moves. */
+bool tli_pace_holds(const tli_pace *pace, double rest_s);
+/* What a picture of all pixels took at rest with so many rays a pixel and side, of one ray. */
+double tli_pace_unsampled(double seconds, uint32_t samples);
 /* A frame took so long, with that reduction, of a content of so many tets. */
 void tli_pace_add(tli_pace *pace, uint32_t reduction, uint64_t tets, double seconds);
 

@@ -9,7 +9,8 @@
 /* Tets of the first content of a file. */
 enum { FIRST_TETS = 60000 };
 /* At rest a content of so many tets comes before one of all that is asked for, where that one takes
- * longer than this, or nobody knows; seconds. */
+ * longer than this, or nobody knows, seconds, and where what is there has fewer than half of them.
+ */
 enum { STEP_TETS = 700000 };
 static const double LONG_S = 0.8;
 /* While something moves: errors on the screen by those asked for; what the builder rests between
@@ -60,6 +61,7 @@ static bool is_frozen(const tl_live *live)
 static tli_live_task next_fine(const tl_live *live, tli_live_task task)
 {
     const tli_live_content *fine = live->fine, *best = tli_live_best(live);
+    task.cut = TLI_LIVE_CUT_FINE;
     if (tli_live_is_final(live, fine) || tli_live_is_final(live, live->coarse)) return nothing();
     bool here = fine && fine->stamp == live->scene->stamp &&
                 tli_live_same_camera(&fine->camera, &task.camera);
@@ -68,7 +70,8 @@ static tli_live_task next_fine(const tl_live *live, tli_live_task task)
     bool slow = !(live->full_s > 0) || live->full_s > LONG_S;
     task.step = TLI_LIVE_FINE;
     task.tets_max = tli_live_room(live);
-    if (best->facts->is_model && !is_frozen(live) && slow && !here && !fine_enough &&
+    bool helps = best->facts->whole_tets < STEP_TETS / 2 && !(fine && fine->is_stepped);
+    if (best->facts->is_model && !is_frozen(live) && slow && !here && !fine_enough && helps &&
         task.tets_max > STEP_TETS)
         task.tets_max = STEP_TETS;
     return task;
@@ -83,16 +86,21 @@ static tli_live_task next_coarse(const tl_live *live, tli_live_task task, double
     const uint64_t most =
         live->pace.tets < tli_live_room(live) ? live->pace.tets : tli_live_room(live);
     if (!best->facts->is_model || is_frozen(live)) return nothing();
-    bool too_large = best->facts->tets > most + most / 4;
+    bool too_large = best->facts->tets > most + most / 4 && !tli_live_is_light(live, best);
     bool too_small =
         !best->facts->is_complete && best->tets_max < UINT64_MAX && best->tets_max <= most / MORE;
-    if (!too_large && !too_small && !is_far(&best->camera, &task.camera)) return nothing();
+    const tli_live_content *coarse =
+        live->coarse && live->coarse->stamp == best->stamp ? live->coarse : best;
+    /* a finer one that is kept meanwhile was made for the picture at rest */
+    bool near = !is_far(&best->camera, &task.camera) || !is_far(&coarse->camera, &task.camera);
+    if (!too_large && !too_small && near) return nothing();
     double rested = now_s - live->coarse_end_s, wanted = REST * live->coarse_s;
     if (!too_large && rested < wanted) {
         *wait_s = wanted - rested;
         return nothing();
     }
     task.step = TLI_LIVE_COARSE;
+    task.cut = TLI_LIVE_CUT_COARSE;
     task.tets_max = most;
     task.error_px = MOVING_ERROR * error_asked(live);
     return task;
@@ -113,13 +121,14 @@ tli_live_task tli_live_next(const tl_live *live, double now_s, double *wait_s)
     const tli_live_content *best = tli_live_best(live);
     if (!best) {
         task.step = TLI_LIVE_FIRST;
+        task.cut = TLI_LIVE_CUT_COARSE;
         task.tets_max = FIRST_TETS < tli_live_room(live) ? FIRST_TETS : tli_live_room(live);
         return task;
     }
     if (best->stamp != live->scene->stamp) {
         task.step = TLI_LIVE_QUICK;
+        task.cut = best->cut;
         task.tets_max = tli_live_room(live);
-        task.error_px = (double)INFINITY;
         return task;
     }
     return live->moving ? next_coarse(live, task, now_s, wait_s) : next_fine(live, task);

@@ -5,6 +5,9 @@
 #include "cut/cut_camera.h"
 #include "live/live.h"
 
+/* So many frames that are drawn too slowly while something moves are enough. */
+enum { SLOW_FRAMES = 2 };
+
 void tli_live_lock(tl_live *live)
 {
     tli_lock_take(&live->lock);
@@ -178,6 +181,32 @@ bool tli_live_is_final(const tl_live *live, const tli_live_content *content)
     return content->step == TLI_LIVE_FINE && content->tets_max >= tli_live_room(live);
 }
 
+double tli_live_off_px(const tl_live *live, tli_live_content *content, const tl_camera *camera)
+{
+    if (content->asked_px >= 0 && tli_live_same_camera(camera, &content->asked))
+        return content->asked_px;
+    content->asked = *camera;
+    if (tl_content_error_px(live->ctx, content->content, camera, &content->asked_px))
+        content->asked_px = (double)INFINITY; /* sees nothing; a failure comes with its drawing */
+    return content->asked_px;
+}
+
+bool tli_live_is_coarser(const tl_live *live, tli_live_content *content, tli_live_content *other)
+{
+    tl_camera camera;
+    if (!tli_live_camera(live, &camera)) return false;
+    const double one = tli_live_off_px(live, content, &camera);
+    const double two = tli_live_off_px(live, other, &camera);
+    return one == two ? content->facts->whole_tets < other->facts->whole_tets : one > two;
+}
+
+bool tli_live_is_light(const tl_live *live, const tli_live_content *content)
+{
+    if (content->facts->tets <= live->pace.tets) return true;
+    if (live->pace.tets_asked) return false; /* no more than that */
+    return content->too_slow < SLOW_FRAMES && tli_pace_holds(&live->pace, content->rest_s);
+}
+
 tli_live_content *tli_live_best(const tl_live *live)
 {
     tli_live_content *coarse = live->coarse, *fine = live->fine;
@@ -185,6 +214,9 @@ tli_live_content *tli_live_best(const tl_live *live)
     uint64_t stamp = live->scene ? live->scene->stamp : 0;
     if (fine->stamp != coarse->stamp && (fine->stamp == stamp || coarse->stamp == stamp))
         return fine->stamp == stamp ? fine : coarse;
-    if (!live->moving) return fine;
-    return fine->facts->tets <= live->pace.tets ? fine : coarse;
+    if (live->moving && !tli_live_is_light(live, fine)) return coarse;
+    /* all that is asked for, whatever came before */
+    if (!live->moving && tli_live_is_final(live, fine)) return fine;
+    if (!live->moving && tli_live_is_final(live, coarse)) return coarse;
+    return tli_live_is_coarser(live, fine, coarse) ? coarse : fine;
 }

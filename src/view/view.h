@@ -11,6 +11,7 @@
 #include "base/base.h"
 #include "base/base_lock.h"
 #include "base/base_random.h"
+#include "cut/cut_outlook.h"
 #include "mesh/mesh.h"
 #include "tetralod/view.h"
 
@@ -353,6 +354,7 @@ struct tl_content {
     tl_ctx *ctx;
     tl_content_facts facts;
     tl_content_error *errors; /* [facts.error_count] of the first channels of the mesh */
+    tli_outlook outlook;      /* of a model: what is promised from other cameras */
     tli_body *body;
     tli_paint **paints;       /* [paint_count] */
     const tl_values **values; /* [paint_count] of them */

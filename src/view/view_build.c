@@ -73,7 +73,8 @@ static tl_status set_facts(tl_ctx *ctx, const tl_view *view, const tli_agenda *a
     f->space_error = view->state.space_error;
     f->bounds_kept = view->state.bounds_kept;
     f->is_complete = !view->is_limited;
-    return set_errors(ctx, view, c);
+    tl_status st = set_errors(ctx, view, c);
+    return st ? st : tli_outlook_take(ctx, view->cut, &c->outlook);
 }
 
 /* ---- the cut of an agenda ---- */
@@ -211,6 +212,7 @@ void tl_content_destroy(tl_ctx *ctx, tl_content *content)
     tl_mem_free(ctx, content->bars);
     tl_mem_free(ctx, content->values);
     tl_mem_free(ctx, content->errors);
+    tli_outlook_release(ctx, &content->outlook);
     tli_body_release(content->body);
     tl_mem_free(ctx, content);
 }

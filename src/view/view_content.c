@@ -11,6 +11,12 @@ const tl_content_facts *tl_content_get_facts(const tl_content *content)
     return &content->facts;
 }
 
+tl_status tl_content_error_px(tl_ctx *ctx, const tl_content *content, const tl_camera *camera,
+                              double *pixels)
+{
+    return tli_outlook_pixels(ctx, &content->outlook, camera, pixels);
+}
+
 const tl_values *const *tl_content_all_values(const tl_content *content, size_t *count)
 {
     *count = content->paint_count;

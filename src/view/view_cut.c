@@ -153,6 +153,12 @@ static void set_focus(asked *a, tl_cut_query *query)
     query->bounds.boundary = fmin(query->bounds.boundary, length);
 }
 
+/* The cut that is there stays, for the picture to come. */
+static bool is_frozen(const tl_scene *scene)
+{
+    return tl_scene_flag(scene, TL_NODE_DETAIL + 1, "frozen");
+}
+
 static tl_status fill_query(asked *a, const tl_view_limits *limits, tl_cut_query *query)
 {
     const double pixels = real(a->scene, "error_px"), ram = real(a->scene, "ram_bytes");
@@ -223,23 +229,25 @@ tl_status tli_view_move(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     const double start = tli_clock_s();
     if (!view->source->store) return TL_OK;
     const tl_store_head *head = tl_store_get_head(view->source->store);
-    const bool stays =
-        view->has_cut && (limits->any_cut || tl_scene_flag(scene, TL_NODE_DETAIL + 1, "frozen"));
+    const tl_view_limits none = tl_view_limits_defaults();
+    const bool stays = view->has_cut && (limits->any_cut || is_frozen(scene));
     asked a = {
         .ctx = ctx, .view = view, .head = head, .scene = scene, .request = request, .step = step};
     choose_channels(view, scene, step, request);
     tl_cut_query query = tl_cut_query_defaults();
     a.channels = tl_mem_alloc(ctx, head->channel_count, sizeof *a.channels, &st);
     a.inside = tl_mem_alloc(ctx, head->channel_count, sizeof *a.inside, &st);
-    if (!st) st = fill_query(&a, limits, &query);
+    if (!st) st = fill_query(&a, stays ? &none : limits, &query);
     if (!st && !view->cut) st = tl_cut_create(ctx, view->source->store, &view->cut);
-    if (!st && !stays) st = tl_cut_update(view->cut, &query);
+    if (!st) st = stays ? tl_cut_assess(view->cut, &query) : tl_cut_update(view->cut, &query);
     tl_mem_free(ctx, a.inside);
     tl_mem_free(ctx, a.channels);
     view->cut_s = tli_clock_s() - start;
-    if (st || stays) return st;
+    if (st) return st;
     view->state = tl_cut_get_state(view->cut);
-    view->is_limited = a.is_coarser || (a.is_smaller && !(a.is_bounded && view->state.bounds_kept));
+    const bool has_all = a.is_bounded && view->state.bounds_kept;
+    view->is_limited =
+        stays ? !has_all && !is_frozen(scene) : a.is_coarser || (a.is_smaller && !has_all);
     view->has_view = request->camera != NULL;
     if (view->has_view) view->camera = *request->camera;
     view->has_cut = true;

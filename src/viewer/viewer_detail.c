@@ -65,17 +65,20 @@ static GtkWidget *mark_row(viewer_detail *d)
 
 /* ---- what is on the screen ---- */
 
-static void show_promise(viewer_detail *d, const tl_content_facts *facts)
+static void show_promise(viewer_detail *d, const tl_frame *frame)
 {
+    const tl_content_facts *facts = frame->facts;
     GString *text = g_string_new(NULL);
     if (!facts->is_model)
         g_string_append(text, "the mesh as it is");
     else if (facts->whole_tets == facts->source_tets)
         g_string_append(text, "all of the model");
-    else if (isfinite(facts->error_px))
+    else if (isfinite(frame->error_px))
         g_string_append_printf(text, "≤ %.*f px",
-                               facts->error_px > 0 && facts->error_px < 10 ? 2 : 0,
-                               facts->error_px);
+                               frame->error_px > 0 && frame->error_px < 10 ? 2 : 0,
+                               frame->error_px);
+    else
+        g_string_append(text, "places not bounded: values are missing");
     for (size_t i = 0; i < facts->error_count; i++)
         g_string_append_printf(text, "%s%s ± %.2g", text->len ? " · " : "",
                                facts->errors[i].channel, facts->errors[i].error);
@@ -124,7 +127,7 @@ static gboolean show_frame(gpointer user)
     const tl_frame *frame = d->v->frame;
     d->later = 0;
     if (!frame || !frame->facts) return G_SOURCE_REMOVE;
-    show_promise(d, frame->facts);
+    show_promise(d, frame);
     show_amount(d, frame->facts);
     show_cost(d, frame);
     return G_SOURCE_REMOVE;

@@ -66,7 +66,7 @@ static void print_stats(viewer *v)
         const tl_content_facts *facts = v->frame->facts;
         printf("drawn         %" G_GUINT64_FORMAT " tets, %" G_GUINT64_FORMAT
                " patches, error %.3g px, %s, by %s\n",
-               facts->tets, facts->patches, facts->error_px,
+               facts->tets, facts->patches, v->frame->error_px,
                v->frame->is_final ? "complete" : "not complete", v->frame->renderer);
     }
     fflush(stdout);

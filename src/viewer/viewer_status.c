@@ -65,17 +65,17 @@ static void set(struct viewer_status *status, figure f, char *text)
     g_free(text);
 }
 
-/* In pixels; of a mesh that is drawn from another side than it was made for, the bound of the first
- * channel shown. */
+/* In pixels of this frame; where a value that is visible was lost, so that its surface has no
+ * place, the bound of the first channel shown. */
 static char *error_text(const tl_frame *frame)
 {
     const tl_content_facts *facts = frame->facts;
-    const double px = facts->error_px;
+    const double px = frame->error_px;
     if (!facts->is_model) return g_strdup("exact mesh");
     if (isfinite(px)) return g_strdup_printf("error ≤ %.*f px", px < 10 ? 2 : px < 100 ? 1 : 0, px);
     if (facts->error_count && isfinite(facts->errors[0].error))
         return g_strdup_printf("%s ≤ %.2g", facts->errors[0].channel, facts->errors[0].error);
-    return g_strdup("error not known");
+    return g_strdup("error not bounded");
 }
 
 static char *tets_text(const tl_content_facts *facts)
