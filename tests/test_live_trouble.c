@@ -290,6 +290,27 @@ static void test_probe(void **state)
     live_end(&f);
 }
 
+/* Whatever the clerk was at when the newest question came: it alone is answered, once. */
+static void test_newest_question(void **state)
+{
+    (void)state;
+    live_fixture f = live_begin(NULL, MODEL);
+    const tl_frame *frame = live_settle(f.live);
+    for (int i = 0; i < 60; i++) {
+        tl_live_event e;
+        tl_live_probe(f.live, frame->width / 2.0, frame->height / 2.0);
+        nanosleep(&(struct timespec){.tv_nsec = 40000 * i}, NULL); /* before, in, after its work */
+        tl_live_probe(f.live, 0.5, 0.5);
+        CHECK_EQ(live_expect(f.live, TL_LIVE_DONE).job, TL_LIVE_PROBE);
+        const tl_probe *probe = tl_live_get_probe(f.live);
+        CHECK(probe && isnan(probe->xyz[0]));
+        while (tl_live_next_event(f.live, &e)) CHECK_EQ(e.kind, TL_LIVE_PROGRESS);
+        CHECK(!tl_live_get_probe(f.live));
+    }
+    tl_live_release(f.live, frame);
+    live_end(&f);
+}
+
 static void test_histogram(void **state)
 {
     (void)state;
@@ -362,6 +383,7 @@ int main(void)
                                        cmocka_unit_test(test_little_memory),
                                        cmocka_unit_test(test_no_card),
                                        cmocka_unit_test(test_probe),
+                                       cmocka_unit_test(test_newest_question),
                                        cmocka_unit_test(test_histogram),
                                        cmocka_unit_test(test_build_model)};
     return cmocka_run_group_tests(tests, make_data, NULL);

@@ -251,6 +251,8 @@ void tli_live_changed(tl_live *live);
 /* Of job: text of a context's last failure. A failure that was told last time is not told again. */
 void tli_live_failed(tl_live *live, tl_live_job job, tl_status status, const char *text);
 void tli_live_event(tl_live *live, tl_live_event_kind kind, tl_live_job job, const char *text);
+/* What was to be told of job, and nobody has asked for, is not told. */
+void tli_live_forget(tl_live *live, tl_live_job job);
 /* Another file is open and the shell does not know yet: scenes that it sets are of the former. */
 bool tli_live_has_gone_over(tl_live *live);
 /* Takes the lock itself: for contexts. */

@@ -20,6 +20,16 @@ static tl_status probe(tl_live *live, const tli_live_slot *slot, const double px
     return st;
 }
 
+/* An answer that was not taken. */
+static void drop_answer(tl_live *live)
+{
+    if (!live->has_answered) return;
+    tl_probe_release(live->clerk.ctx, &live->answered);
+    tli_live_drop_content(live, live->answered_content);
+    live->answered_content = NULL;
+    live->has_answered = false;
+}
+
 /* With the lock; gives it for the work. */
 static void answer_probe(tl_live *live)
 {
@@ -31,13 +41,11 @@ static void answer_probe(tl_live *live)
     tli_live_unlock(live);
     tl_status st = probe(live, slot, px, &answer);
     tli_live_lock(live);
-    if (st) {
+    if (live->probe_slot) { /* there is another question: nobody waits for this answer */
+        tl_probe_release(live->clerk.ctx, &answer);
+    } else if (st) {
         tli_live_failed(live, TL_LIVE_PROBE, st, tl_ctx_message(live->clerk.ctx));
     } else {
-        if (live->has_answered) {
-            tl_probe_release(live->clerk.ctx, &live->answered);
-            tli_live_drop_content(live, live->answered_content);
-        }
         live->answered = answer;
         live->answered_content = slot->content;
         slot->content->holds++;
@@ -51,6 +59,8 @@ void tl_live_probe(tl_live *live, double x_px, double y_px)
 {
     tli_live_lock(live);
     if (live->last && live->last->content) {
+        drop_answer(live);
+        tli_live_forget(live, TL_LIVE_PROBE);
         tli_live_drop_slot(live, live->probe_slot);
         live->probe_slot = live->last;
         live->probe_slot->holds++;
@@ -162,9 +172,8 @@ void tli_live_answer_all(void *arg)
 
 void tli_live_answer_end(tl_live *live)
 {
-    if (live->has_answered) tl_probe_release(live->clerk.ctx, &live->answered);
+    drop_answer(live);
     if (live->has_given) tl_probe_release(live->clerk.ctx, &live->given);
-    tli_live_drop_content(live, live->answered_content);
     tli_live_drop_content(live, live->given_content);
     tli_live_drop_slot(live, live->probe_slot);
 }

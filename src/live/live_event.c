@@ -31,6 +31,14 @@ bool tli_live_has_gone_over(tl_live *live)
     return found;
 }
 
+void tli_live_forget(tl_live *live, tl_live_job job)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < live->event_count; i++)
+        if (event_at(live, i)->job != job) *event_at(live, kept++) = *event_at(live, i);
+    live->event_count = kept;
+}
+
 void tli_live_event(tl_live *live, tl_live_event_kind kind, tl_live_job job, const char *text)
 {
     if (live->event_count == TLI_LIVE_EVENTS) make_place(live);
