@@ -274,6 +274,7 @@ static void wrong_scenes(void **state)
         {"add derive text=h", "expected NAME=EXPRESSION", TL_ERR_ARG},
         {"add boundary mark=levels", "is no model", TL_ERR_ARG},
         {"set data.regions 7", "there is no region '7'", TL_ERR_ARG},
+        {"set data.regions \" 7 , 1\"", "there is no region '7'", TL_ERR_ARG},
         {"set data.step 3", "no time steps", TL_ERR_ARG},
     };
     (void)state;

@@ -3,6 +3,7 @@ with what was expected; numbers where the user's have commas."""
 
 import locale
 import os
+import shutil
 import unittest
 
 from render_test import pixels
@@ -28,6 +29,18 @@ class Pictures(ViewerTest):
                 _, err = self.play([line], self.model, status=1, cwd=self.folder)
                 self.assertIn(expected, err)
         self.assertFalse(os.path.exists(self.at("a.png")))
+
+
+class Names(ViewerTest):
+    def test_a_name_of_other_bytes(self):
+        """A name that is no UTF-8 can't stand in a scene: the window says so, and shows what it can of it."""
+        name = os.fsencode(self.at("")) + b"br\xfccke.tlod"
+        shutil.copy(self.model, name)
+        viewer = self.start(["wait settled", "quit"], os.fsdecode(name), errors="replace")
+        status, _, err = viewer.end()
+        self.assertEqual(status, 1, err)
+        self.assertIn("expected a line of UTF-8", err)
+        self.assertNotIn("Pango", err)
 
 
 class Commas(ViewerTest):

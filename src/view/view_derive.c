@@ -187,8 +187,11 @@ static tl_status keep_regions(tl_ctx *ctx, const tl_mesh *mesh, const char *text
     size_t count = 0;
     while (*text) {
         char name[NAME_BYTES];
+        const char *first = text + strspn(text, " ");
         const size_t length = strcspn(text, ",");
-        snprintf(name, sizeof name, "%.*s", (int)length, text);
+        size_t own = strcspn(first, ","); /* without blanks around it */
+        while (own && first[own - 1] == ' ') own--;
+        snprintf(name, sizeof name, "%.*s", (int)own, first);
         text += length + (text[length] == ',');
         if (count == REGIONS_MAX)
             return tl_fail(ctx, TL_ERR_ARG, "more than %d regions", REGIONS_MAX);

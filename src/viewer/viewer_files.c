@@ -44,9 +44,11 @@ static void open_now(viewer *v, const char *path, tl_scene *scene)
     }
     char *whole = g_canonicalize_filename(path, NULL);
     tl_status st = tl_scene_set_text(v->ctx, scene, DATA, "file", whole);
+    const char *why = st ? tl_ctx_message(v->ctx) : "";
     if (!st) st = tl_live_open(v->live, whole, scene);
     if (st) {
-        viewer_say(v, VIEWER_ERROR, "'%s' can't be opened: %s", path, tl_status_name(st));
+        viewer_say(v, VIEWER_ERROR, "'%s' can't be opened: %s", path,
+                   *why ? why : tl_status_name(st));
         g_free(whole);
         return;
     }

@@ -69,8 +69,10 @@ static void show_bar(viewer *v, viewer_tone tone, const char *text, const char *
     if (viewer_core_is_ended(v)) return;
     viewer_script_said(v, tone, text);
     hide_bar(v);
+    char *shown = g_utf8_make_valid(text, -1); /* names of files may be anything */
     gtk_info_bar_set_message_type(GTK_INFO_BAR(shell->bar), TYPES[tone]);
-    gtk_label_set_text(GTK_LABEL(shell->bar_text), text);
+    gtk_label_set_text(GTK_LABEL(shell->bar_text), shown);
+    g_free(shown);
     gtk_widget_set_visible(shell->bar_button, button != NULL);
     if (button) gtk_button_set_label(GTK_BUTTON(shell->bar_button), button);
     shell->bar_tone = tone;
