@@ -33,6 +33,7 @@ static void what_is_written_is_read(void **state)
     CHECK(!tl_scene_undo_name(again));
     CHECK_OK(ctx, tl_scene_write(ctx, s, "full.json"));
     CHECK_OK(ctx, tl_scene_read(ctx, "full.json", &file));
+    unlink("full.json");
     CHECK(check_scene_says(ctx, file, text));
     tl_mem_free(ctx, text);
     tl_scene_destroy(ctx, file);
@@ -83,6 +84,9 @@ static void what_is_left_out_has_its_preset(void **state)
     tl_ctx *ctx = check_ctx_create(1);
     tl_scene *s = NULL, *empty = check_scene_create(ctx);
     CHECK_OK(ctx, read_text(ctx, "{\"tetralod_scene\": 1}", &s));
+    CHECK(tl_scene_version(s) == tl_scene_version(empty));
+    tl_scene_destroy(ctx, s);
+    CHECK_OK(ctx, read_text(ctx, "\xef\xbb\xbf{\"tetralod_scene\": 1}", &s)); /* as on Windows */
     CHECK(tl_scene_version(s) == tl_scene_version(empty));
     tl_scene_destroy(ctx, s);
     CHECK_OK(ctx, read_text(ctx,
@@ -195,8 +199,15 @@ static void wrong_files_are_named_by_place(void **state)
     }
     CHECK_STATUS(read_text(ctx, "{\"tetralod_scene\": 2}", &s), TL_ERR_UNSUPPORTED);
     CHECK_MESSAGE(ctx, "version 2, this build reads 1");
+    CHECK_STATUS(read_text(ctx, "\xff\xfe{", &s), TL_ERR_FORMAT);
+    CHECK_MESSAGE(ctx, "UTF-16, expected JSON in UTF-8");
     CHECK_STATUS(tl_scene_read(ctx, "nowhere.json", &s), TL_ERR_IO);
     CHECK_MESSAGE(ctx, "nowhere.json");
+    CHECK_STATUS(tl_scene_read(ctx, ".", &s), TL_ERR_IO);
+    CHECK_MESSAGE(ctx, "is a folder");
+    CHECK_STATUS(tl_scene_read(ctx, "/dev/zero", &s), TL_ERR_FORMAT);
+    CHECK_MESSAGE(ctx, "more than the 16777216 bytes");
+    CHECK(tl_ctx_peak_bytes(ctx) < (size_t)64 << 20);
     check_ctx_destroy(ctx);
 }
 
@@ -231,6 +242,34 @@ static void large_files_are_bounded(void **state)
     CHECK_STATUS(read_text(ctx, text, &s), TL_ERR_FORMAT);
     CHECK_MESSAGE(ctx, "at most 4096 rows");
     free(text);
+    check_ctx_destroy(ctx);
+}
+
+/* What would not be read again is not written. */
+static void large_scenes_are_not_written(void **state)
+{
+    enum { NODES = 150 };
+    (void)state;
+    tl_scene *s = NULL;
+    size_t bytes = 1;
+    char *text = NULL;
+    double *rows = malloc(4 * TL_SCENE_ROWS_MAX * sizeof *rows);
+    tl_ctx *ctx = check_ctx_create(1);
+    CHECK_OK(ctx, tl_scene_create(ctx, &s));
+    for (size_t i = 0; i < 4 * TL_SCENE_ROWS_MAX; i++)
+        rows[i] = i % 4 ? 1.0 / 3 : (double)(i / 4) + 1.0 / 3;
+    for (int i = 0; i < NODES; i++) {
+        tl_node node;
+        CHECK_OK(ctx, tl_scene_add(ctx, s, TL_NODE_TRANSFER, &node));
+        CHECK_OK(ctx, tl_scene_set_reals(ctx, s, node, "colors", rows, 4 * TL_SCENE_ROWS_MAX));
+    }
+    CHECK_STATUS(tl_scene_write(ctx, s, "large.json"), TL_ERR_UNSUPPORTED);
+    CHECK_MESSAGE(ctx, "files have at most 16777216");
+    CHECK(access("large.json", F_OK) != 0);
+    CHECK_STATUS(tl_scene_write_text(ctx, s, &text, &bytes), TL_ERR_UNSUPPORTED);
+    CHECK(!text && !bytes);
+    free(rows);
+    tl_scene_destroy(ctx, s);
     check_ctx_destroy(ctx);
 }
 
@@ -274,6 +313,7 @@ static tl_status read_again(tl_ctx *ctx, void *arg)
     tl_scene *s = NULL;
     tl_status st = read_text(ctx, arg, &s);
     if (!st) st = tl_scene_write(ctx, s, "again.json");
+    unlink("again.json");
     tl_scene_destroy(ctx, s);
     return st;
 }
@@ -347,6 +387,7 @@ int main(void)
         cmocka_unit_test(unknown_keys_are_warnings),
         cmocka_unit_test(wrong_files_are_named_by_place),
         cmocka_unit_test(large_files_are_bounded),
+        cmocka_unit_test(large_scenes_are_not_written),
         cmocka_unit_test(damaged_files_are_survived),
         cmocka_unit_test(every_failing_allocation_is_reported),
 #else

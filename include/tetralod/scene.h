@@ -237,7 +237,7 @@ TL_API tl_status tl_scene_read(tl_ctx *ctx, const char *path, tl_scene **scene);
 TL_API tl_status tl_scene_read_text(tl_ctx *ctx, const char *name, const char *text, size_t bytes,
                                     tl_scene **scene);
 /* All of it: equal scenes give equal bytes, and what is read again is equal. The file appears only
- * when complete. */
+ * when complete. TL_ERR_UNSUPPORTED for more than 16 MiB, which are not read again. */
 TL_API tl_status tl_scene_write(tl_ctx *ctx, const tl_scene *scene, const char *path);
 /* Gives *text, *bytes long and 0 behind it (tl_mem_free). */
 TL_API tl_status tl_scene_write_text(tl_ctx *ctx, const tl_scene *scene, char **text,

@@ -17,6 +17,9 @@ typedef struct tli_map {
 
 /* TL_ERR_IO names the path and the system's reason; a folder is refused by name. */
 tl_status tli_map_open(tl_ctx *ctx, const char *path, tli_map *map);
+/* The same of files that make no sense above some size, pipes and devices without end included:
+ * TL_ERR_FORMAT, and no more than twice as much is read of them. */
+tl_status tli_map_open_within(tl_ctx *ctx, const char *path, uint64_t most_bytes, tli_map *map);
 /* Tells the system that [begin, end) will not be read again soon, so that its pages need not stay
  * resident. */
 void tli_map_forget(const tli_map *map, uint64_t begin, uint64_t end);

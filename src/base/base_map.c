@@ -43,8 +43,16 @@ static ssize_t read_some(tl_ctx *ctx, int fd, uint8_t *bytes, size_t room)
     return got;
 }
 
+static tl_status refuse_size(tl_ctx *ctx, const char *path, uint64_t most_bytes)
+{
+    return tl_fail(ctx, TL_ERR_FORMAT,
+                   "'%s' has more than the %llu bytes that are expected at most", path,
+                   (unsigned long long)most_bytes);
+}
+
 /* Reads to the end into a block that grows; size_hint bytes are expected. */
-static tl_status read_whole(tl_ctx *ctx, int fd, const char *path, uint64_t size_hint, tli_map *map)
+static tl_status read_whole(tl_ctx *ctx, int fd, const char *path, uint64_t size_hint,
+                            uint64_t most_bytes, tli_map *map)
 {
     tl_status st = TL_OK;
     size_t room = READ_BYTES_FIRST, used = 0;
@@ -52,6 +60,10 @@ static tl_status read_whole(tl_ctx *ctx, int fd, const char *path, uint64_t size
         room = (size_t)size_hint + 1; /* + 1: sees the end */
     uint8_t *bytes = tl_mem_alloc(ctx, room, 1, &st);
     while (!st) {
+        if (used > most_bytes) {
+            st = refuse_size(ctx, path, most_bytes);
+            break;
+        }
         if (used == room) {
             size_t more = room < SIZE_MAX / 2 ? room * 2 : SIZE_MAX;
             bytes = tl_mem_resize(ctx, bytes, more, 1, &st);
@@ -76,7 +88,8 @@ static tl_status read_whole(tl_ctx *ctx, int fd, const char *path, uint64_t size
     return TL_OK;
 }
 
-static tl_status map_or_read(tl_ctx *ctx, int fd, const char *path, tli_map *map)
+static tl_status map_or_read(tl_ctx *ctx, int fd, const char *path, uint64_t most_bytes,
+                             tli_map *map)
 {
     struct stat info;
     if (fstat(fd, &info))
@@ -84,6 +97,7 @@ static tl_status map_or_read(tl_ctx *ctx, int fd, const char *path, tli_map *map
     if (S_ISDIR(info.st_mode)) return tl_fail(ctx, TL_ERR_IO, "'%s' is a folder, not a file", path);
     uint64_t size = info.st_size > 0 ? (uint64_t)info.st_size : 0;
     if (!S_ISREG(info.st_mode)) size = 0;
+    if (size > most_bytes) return refuse_size(ctx, path, most_bytes);
     if (size && size <= PTRDIFF_MAX) {
         if (tli_file_fault(ctx))
             return tli_fail_system(ctx, TL_ERR_IO, errno, "'%s': can't be read", path);
@@ -93,15 +107,21 @@ static tl_status map_or_read(tl_ctx *ctx, int fd, const char *path, tli_map *map
             return TL_OK;
         }
     }
-    return read_whole(ctx, fd, path, size, map); /* files of /proc say that they are empty, too */
+    /* files of /proc say that they are empty, too */
+    return read_whole(ctx, fd, path, size, most_bytes, map);
 }
 
 tl_status tli_map_open(tl_ctx *ctx, const char *path, tli_map *map)
 {
+    return tli_map_open_within(ctx, path, UINT64_MAX, map);
+}
+
+tl_status tli_map_open_within(tl_ctx *ctx, const char *path, uint64_t most_bytes, tli_map *map)
+{
     *map = (tli_map){.bytes = no_bytes};
     int fd = tli_file_fault(ctx) ? -1 : open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0) return tli_fail_system(ctx, TL_ERR_IO, errno, "'%s': can't be opened", path);
-    tl_status st = map_or_read(ctx, fd, path, map);
+    tl_status st = map_or_read(ctx, fd, path, most_bytes, map);
     close(fd); /* read only: nothing that closing could lose */
     return st;
 }

@@ -62,6 +62,8 @@ tl_status tli_view_set(tl_ctx *ctx, const tl_camera *camera, double diagonal, tl
     double right[3], up[3];
     for (int k = 0; k < 3; k++) v.position[k] = camera->position[k];
     vec_sub(camera->focal_point, camera->position, v.forward);
+    if (!isfinite(vec_length(v.forward)))
+        return tl_fail(ctx, TL_ERR_ARG, "the camera is too far from its focal point");
     if (!normalize(v.forward))
         return tl_fail(ctx, TL_ERR_ARG, "the camera's position is its focal point");
     memcpy(up, camera->view_up, sizeof up);

@@ -38,6 +38,8 @@ tl_status tli_frame_set(tl_ctx *ctx, const tl_camera *camera, const tl_image *im
                        camera->view_angle);
     memcpy(f.origin, camera->position, sizeof f.origin);
     vec_sub(camera->focal_point, camera->position, f.forward);
+    if (!isfinite(vec_length(f.forward)))
+        return tl_fail(ctx, TL_ERR_ARG, "the camera is too far from its focal point");
     int exponent;
     frexp(f.parallel ? camera->parallel_scale : vec_length(f.forward), &exponent);
     exponent = exponent > UNIT_EXPONENT_MAX ? UNIT_EXPONENT_MAX : exponent;

@@ -3,9 +3,7 @@
 
 #include "base/base_file.h"
 #include "scene/scene_json.h"
-
-/* The most bytes of a file that make sense. */
-#define FILE_BYTES_MOST ((size_t)16 << 20)
+#include "scene/scene_text.h"
 
 #if !TETRALOD_WITH_JANSSON
 static tl_status refuse(tl_ctx *ctx, const char *name)
@@ -41,9 +39,9 @@ static tl_status copy_text(tl_ctx *ctx, const char *name, const void *bytes, uin
 {
     tl_status st = TL_OK;
     *text = NULL;
-    if (byte_count > FILE_BYTES_MOST)
+    if (byte_count > TLI_JSON_BYTES_MOST)
         return tl_fail(ctx, TL_ERR_FORMAT, "'%s': %llu bytes of JSON, expected at most %zu", name,
-                       (unsigned long long)byte_count, FILE_BYTES_MOST);
+                       (unsigned long long)byte_count, TLI_JSON_BYTES_MOST);
     *text = tl_mem_alloc(ctx, (size_t)byte_count + 1, 1, &st);
     if (st) return st;
     if (byte_count) memcpy(*text, bytes, (size_t)byte_count);
@@ -57,7 +55,7 @@ static tl_status read_text(tl_ctx *ctx, const char *path, char **text, size_t *b
     tli_map map;
     *text = NULL;
     *bytes = 0;
-    tl_status st = tli_map_open(ctx, path, &map);
+    tl_status st = tli_map_open_within(ctx, path, TLI_JSON_BYTES_MOST, &map);
     if (st) return st;
     st = copy_text(ctx, path, map.bytes, map.byte_count, text);
     if (!st) *bytes = (size_t)map.byte_count;

@@ -1,6 +1,8 @@
 /* JSON text to jansson's values. */
 #include "scene/scene_load_jansson.h"
 
+#include <string.h>
+
 /* The most bytes of memory that a byte of JSON becomes: an empty object, three bytes with its
  * comma, has a table. */
 enum { TREE_BYTES = 80 };
@@ -31,6 +33,10 @@ tl_status tli_json_load(tl_ctx *ctx, const char *name, char *text, size_t bytes,
 {
     json_error_t error;
     tl_status st = TL_OK;
+    *json = (tli_json){0};
+    if (bytes >= 2 && (memcmp(text, "\xff\xfe", 2) == 0 || memcmp(text, "\xfe\xff", 2) == 0))
+        return tl_fail(ctx, TL_ERR_FORMAT, "'%s' is in UTF-16, expected JSON in UTF-8", name);
+    if (bytes >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) memset(text, ' ', 3);
     *json = (tli_json){.reserve = tl_mem_alloc(ctx, bytes + 1, TREE_BYTES, &st)};
     if (st) return st;
     if (commas) drop_trailing_commas(text, bytes);

@@ -57,10 +57,17 @@ void tli_text_put_reals(tli_text *t, const double *reals, size_t count)
     tli_text_put(t, "]");
 }
 
+tl_status tli_text_check(const tli_text *t)
+{
+    if (t->st || t->bytes <= TLI_JSON_BYTES_MOST) return t->st;
+    return tl_fail(t->ctx, TL_ERR_UNSUPPORTED, "%zu bytes of JSON, files have at most %zu",
+                   t->bytes, TLI_JSON_BYTES_MOST);
+}
+
 tl_status tli_text_save(tli_text *t, const char *path)
 {
     tli_sink *sink = NULL;
-    tl_status st = t->st;
+    tl_status st = tli_text_check(t);
     if (!st) st = tli_sink_open(t->ctx, path, &sink);
     if (!st) st = tli_sink_write(sink, t->text, t->bytes);
     const tl_status ended = tli_sink_close(sink, !st);

@@ -5,6 +5,9 @@
 
 #include "scene/scene.h"
 
+/* The most bytes that a file may have: no more are read, so no more are written. */
+#define TLI_JSON_BYTES_MOST ((size_t)16 << 20)
+
 /* Text that grows; after a failure nothing is done any more. */
 typedef struct tli_text {
     tl_ctx *ctx;
@@ -18,8 +21,9 @@ void tli_text_put_real(tli_text *t, double real);
 void tli_text_put_quoted(tli_text *t, const char *text);
 /* Between brackets. */
 void tli_text_put_reals(tli_text *t, const double *reals, size_t count);
-/* Writes the file, which appears only when complete, and frees the text. Gives the first failure.
- */
+/* The first failure, TL_ERR_UNSUPPORTED for more text than is read again. */
+tl_status tli_text_check(const tli_text *t);
+/* Writes the file, which appears only when complete, and frees the text. */
 tl_status tli_text_save(tli_text *t, const char *path);
 
 #endif

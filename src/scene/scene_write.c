@@ -67,10 +67,11 @@ tl_status tl_scene_write_text(tl_ctx *ctx, const tl_scene *scene, char **text, s
 {
     tli_text w = {.ctx = ctx};
     put_scene(&w, scene);
-    *text = w.st ? NULL : w.text;
-    *bytes = w.st ? 0 : w.bytes;
-    if (w.st) tl_mem_free(ctx, w.text);
-    return w.st;
+    const tl_status st = tli_text_check(&w);
+    *text = st ? NULL : w.text;
+    *bytes = st ? 0 : w.bytes;
+    if (st) tl_mem_free(ctx, w.text);
+    return st;
 }
 
 tl_status tl_scene_write(tl_ctx *ctx, const tl_scene *scene, const char *path)
