@@ -270,6 +270,37 @@ class Files(Case):
         self.assertLessEqual(self.said("info", "mesh.vtu")["tets"], 160)
         self.assertEqual([n for n in os.listdir(".") if "mesh" in n], ["mesh.vtu"])
 
+    def test_output_over_another_file(self):
+        """Under any name: what is made of a file is less than the file."""
+        self.good("sample", "gaussians", "-o", "g.vtu", "--size", 8)
+        self.good("build", "g.vtu", "-o", "g.tlod")
+        os.symlink("g.vtu", "soft.ply")
+        os.link("g.tlod", "hard.png")
+        os.link("g.tlod", "hard.vtu")
+        before = {name: os.stat(name) for name in ("g.vtu", "g.tlod")}
+        for words, name in (("surface g.vtu -o soft.ply --value 1", "g.vtu"), ("points g.vtu -o soft.ply", "g.vtu"),
+                            ("lines g.vtu -o ./soft.ply", "g.vtu"), ("extract g.tlod -o hard.vtu --full", "g.tlod"),
+                            ("build soft.ply -o g.vtu", "soft.ply"), ("build --add-channel g.tlod hard.vtu", "hard.vtu"),
+                            ("probe g.vtu --at 0,0,0 -o ../" + os.path.basename(os.getcwd()) + "/g.vtu", "g.vtu"),
+                            ("render g.tlod -o hard.png", "g.tlod"), ("render g.vtu -o hard.png --volume value:g.tlod", "g.tlod"),
+                            ("render g.vtu -o p.png --scene g.tlod --write-camera hard.png", "g.tlod"),
+                            ("convert cube.vtk g.vtu --solution soft.ply", "soft.ply")):
+            with self.subTest(words):
+                done = run(*words.split())
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertRegex(done.stderr, f"would be written over '{name}', which is read")
+        for words in ("-o s.png --write-scene s.png", "-o s.png --write-camera ./s.png",
+                      "-o s.png --write-transfer t.json --write-scene t.json"):
+            with self.subTest(words):
+                done = run("render", "g.vtu", *words.split())
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertRegex(done.stderr, "would be written twice: --[a-z-]+ needs another name")
+        self.assertEqual(before, {name: os.stat(name) for name in before})
+        small = ("render", "g.vtu", "-o", "s.png", "--size", "40x30")
+        self.good(*small, "--write-scene", "/dev/null", "--write-camera", "/dev/null")
+        self.good(*small, "--write-scene", "s.json", "--write-camera", "c.json")
+        self.good(*small, "--scene", "s.json", "--write-scene", "./s.json", "--camera", "c.json", "--write-camera", "c.json")
+
     def test_same_bytes_on_any_number_of_threads(self):
         self.good("sample", "gaussians", "-o", "g.vtu", "--size", 16)
         for threads in (1, 2, 5):

@@ -39,7 +39,7 @@ static const cli_option PEER[] = {
      "run VTK on the same data in the same run, with /usr/bin/python3"},
     {CLI_VTK_SCALE, 0, "vtk-scale", CLI_TYPE_REAL, "S", "0", 0, 1e9,
      "factor on the coordinates that VTK gets; 0 takes 1, and 100 where VTK stalls at 1"},
-    {CLI_SCRIPT, 0, "script", CLI_TYPE_TEXT, "FILE", NULL, 0, 0, "the script that runs VTK"},
+    {CLI_SCRIPT, 0, "script", CLI_TYPE_INPUT, "FILE", NULL, 0, 0, "the script that runs VTK"},
 };
 static const cli_group GROUP = {"Options", OPTIONS, sizeof OPTIONS / sizeof *OPTIONS};
 static const cli_group PEER_GROUP = {"Peer", PEER, sizeof PEER / sizeof *PEER};

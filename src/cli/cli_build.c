@@ -2,7 +2,6 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "cli_model.h"
 #include "tetralod/model.h"
@@ -11,7 +10,8 @@
 #define POSITION_ERROR_MAX 0.01
 
 static const cli_option RESULT[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "M.tlod", NULL, 0, 0, "the file to make; required"},
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "M.tlod", NULL, 0, 0,
+     "the file to make; required"},
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A,B", NULL, 0, 0,
      "the channels that are taken. Without it, all of them"},
     {CLI_CHANNEL_ERROR, 0, "channel-error", CLI_TYPE_LIST, "[CHANNEL=]V[%]|lossless", NULL, 0, 0,
@@ -63,7 +63,7 @@ static const cli_option SERIES[] = {
      "the steps whose fields decide what is simplified; the others follow"},
 };
 static const cli_option ADDING[] = {
-    {CLI_ADD_CHANNEL, 0, "add-channel", CLI_TYPE_TEXT, "M.tlod", NULL, 0, 0,
+    {CLI_ADD_CHANNEL, 0, "add-channel", CLI_TYPE_OUTPUT, "M.tlod", NULL, 0, 0,
      "add the channels of IN, a data set of the same mesh, to this model instead of "
      "making one; what is there stays, and the file is replaced when the new one is complete"},
     {CLI_AS_STEP, 0, "as-step", CLI_TYPE_COUNT, "N", NULL, 0, 4294967294.0,
@@ -184,14 +184,6 @@ static int fill_request(const cli_session *session, request *r)
     return failed;
 }
 
-/* A model does not hold what its input holds: it must not take its place. */
-static bool is_same_file(const char *a, const char *b)
-{
-    struct stat x, y;
-    return !stat(a, &x) && !stat(b, &y) && S_ISREG(x.st_mode) && x.st_dev == y.st_dev &&
-           x.st_ino == y.st_ino;
-}
-
 static void print_json(const cli_session *session, const char *path, const tl_build_result *r)
 {
     json_t *object = json_object();
@@ -254,10 +246,6 @@ static int run(cli_session *session)
     tl_build_result result;
     int failed = fill_request(session, &r);
     if (!failed) failed = cli_read_opts(session, input, &read);
-    for (size_t i = 0; !failed && i < session->args.operand_count; i++)
-        if (path && is_same_file(session->args.operands[i], path))
-            failed = cli_misuse(session->args.verb,
-                                "'%s' is the input: the model needs another name", path);
     if (!failed) failed = cli_steps_choose(session, &read, &steps);
     if (failed) return failed;
     r.opts.steer = steps.steer_count ? steps.steer : NULL;

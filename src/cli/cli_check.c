@@ -7,7 +7,7 @@
 static const cli_option OPTIONS[] = {
     {CLI_FAST, 0, "fast", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "the index alone: checksums, counts, offsets and the graph; patches are not decoded"},
-    {CLI_AGAINST, 0, "against", CLI_TYPE_TEXT, "IN", NULL, 0, 0,
+    {CLI_AGAINST, 0, "against", CLI_TYPE_INPUT, "IN", NULL, 0, 0,
      "the data set that the model was made of: every promise of random cuts is measured at every "
      "one of its vertices"},
     {CLI_CUTS, 0, "cuts", CLI_TYPE_COUNT, "N", "12", 0, 1000000,

@@ -57,6 +57,8 @@ const cli_verb cli_verb_convert = {
     .operands = "IN OUT",
     .operand_least = 2,
     .operand_most = 2,
+    .operand_output = 2,
+    .may_replace = true,
     .about = "read any known file as tets and write them as another",
     .details =
         "OUT appears under its name only when it is complete, so it may be IN; its ending says as "

@@ -10,7 +10,7 @@
 #include "cli_visible.h"
 
 static const cli_option WANTED[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT", NULL, 0, 0,
      "the mesh file to write; required"},
     {CLI_ERROR, 0, "error", CLI_TYPE_LIST, "[CHANNEL=]V[%]", NULL, 0, 0,
      "bound of the error at every original vertex, for one channel or for all; in percent of the "
@@ -36,7 +36,7 @@ static const cli_option PLACES[] = {
      "errors are bounded in this box only"},
     {CLI_OUTSIDE_ERROR, 0, "outside-error", CLI_TYPE_LIST, "[CHANNEL=]V[%]", NULL, 0, 0,
      "with --box: bound of the error outside of it; without it the mesh is as coarse as can be"},
-    {CLI_VIEW, 0, "view", CLI_TYPE_TEXT, "CAMERA", NULL, 0, 0,
+    {CLI_VIEW, 0, "view", CLI_TYPE_INPUT, "CAMERA", NULL, 0, 0,
      "a JSON file with position, focal_point, view_up, view_angle or parallel_scale, and size; "
      "what "
      "is out of view may have any error"},
@@ -46,7 +46,7 @@ static const cli_option PLACES[] = {
 static const cli_option SEEN[] = {
     {CLI_ISO, 0, "iso", CLI_TYPE_LIST, "[CHANNEL=]VALUE", NULL, 0, 0,
      "an isosurface that is looked at; --space-error and --pixels count these alone"},
-    {CLI_TRANSFER, 0, "transfer", CLI_TYPE_LIST, "[CHANNEL=]FILE", NULL, 0, 0,
+    {CLI_TRANSFER, 0, "transfer", CLI_TYPE_INPUTS, "[CHANNEL=]FILE", NULL, 0, 0,
      "a colour map in ParaView's JSON: values with an opacity are looked at. Without --iso and "
      "--transfer all values of scalars are"},
     {CLI_SPACE_ERROR, 0, "space-error", CLI_TYPE_AMOUNT, "D[%]", NULL, 0, 0,

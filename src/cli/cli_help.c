@@ -46,7 +46,7 @@ static void option_text(const cli_option *option, char *text, size_t text_bytes)
 {
     int n = snprintf(text, text_bytes, "%s", option->help);
     if (n < 0 || (size_t)n >= text_bytes) return;
-    if (option->type == CLI_TYPE_LIST)
+    if (option->type == CLI_TYPE_LIST || option->type == CLI_TYPE_INPUTS)
         n += snprintf(text + n, text_bytes - (size_t)n, " (repeatable)");
     if (option->initial && (size_t)n < text_bytes)
         snprintf(text + n, text_bytes - (size_t)n, " (default %s)", option->initial);

@@ -5,11 +5,11 @@
 #include "cli_polydata.h"
 
 static const cli_option OPTIONS[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT", NULL, 0, 0,
      "the file to write: .vtp or .ply with channels, .glb, .obj; required"},
     {CLI_CHANNEL, 0, "channel", CLI_TYPE_TEXT, "CHANNEL", NULL, 0, 0,
      "the vectors to follow; without it the first on vertices"},
-    {CLI_SEEDS, 0, "seeds", CLI_TYPE_TEXT, "SEEDS", "grid", 0, 0,
+    {CLI_SEEDS, 0, "seeds", CLI_TYPE_INPUT, "SEEDS", "grid", 0, 0,
      "where lines begin: " CLI_SEEDS_WORDS ". grid covers the mesh evenly, N cells along its "
      "longest side"},
     {CLI_ORDER, 0, "order", CLI_TYPE_CHOICE, "2|5", "2", 0, 0,

@@ -12,7 +12,7 @@
 /* ---- shared tables ---- */
 
 static const cli_option READING[] = {
-    {CLI_SOLUTION, 0, "solution", CLI_TYPE_TEXT, "Q", NULL, 0, 0,
+    {CLI_SOLUTION, 0, "solution", CLI_TYPE_INPUT, "Q", NULL, 0, 0,
      "PLOT3D: the file with the solution that belongs to the grid"},
     {CLI_RAW, 0, "raw", CLI_TYPE_TEXT, "X,Y,Z,TYPE[,be]", NULL, 0, 0,
      "read a raw volume of X * Y * Z values, x fastest; TYPE is i8 u8 i16 u16 i32 u32 i64 u64 f32 "
@@ -312,7 +312,10 @@ static const char *store(const cli_option *option, const char *text, cli_value *
     case CLI_TYPE_CHOICE:
         value->choice = word_index(option->meta, text);
         return value->choice >= 0 ? NULL : option->meta;
+    case CLI_TYPE_INPUT:
+    case CLI_TYPE_OUTPUT:
     case CLI_TYPE_TEXT: value->text = text; return *text ? NULL : "a text that is not empty";
+    case CLI_TYPE_INPUTS:
     case CLI_TYPE_LIST:
         if (value->item_count == CLI_LIST_MAX) return "at most 64 of them";
         value->items[value->item_count++] = text;

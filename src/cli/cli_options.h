@@ -166,6 +166,9 @@ typedef enum cli_type {
     CLI_TYPE_AMOUNT, /* number >= 0, or a percentage */
     CLI_TYPE_BYTES,  /* whole number with an optional K, M, G or T (powers of 1024) */
     CLI_TYPE_TEXT,
+    CLI_TYPE_INPUT,  /* text: a file that is read, alone or behind CHANNEL: or CHANNEL= */
+    CLI_TYPE_INPUTS, /* the same; may be given several times */
+    CLI_TYPE_OUTPUT, /* text: a file that is written */
     CLI_TYPE_CHOICE, /* one of the words of meta, separated by | */
     CLI_TYPE_LIST    /* text; may be given several times */
 } cli_type;
@@ -193,6 +196,8 @@ typedef struct cli_verb {
     const char *name;
     const char *operands; /* as in the usage line */
     size_t operand_least, operand_most;
+    size_t operand_output;                   /* number of the operand that is written; 0: none */
+    bool may_replace;                        /* a mesh of a mesh: the output may be the operand */
     const char *about;                       /* one line */
     const char *details;                     /* a paragraph, may be NULL */
     const cli_group *groups[CLI_GROUPS_MAX]; /* NULL ends the list */
@@ -248,6 +253,10 @@ extern const cli_verb cli_verb_formats;
 /* argv [argc] are the words after the verb. Returns CLI_DONE or CLI_WRONG_USE, then the message is
  * out already. */
 int cli_parse(const cli_verb *verb, int argc, char **argv, cli_args *args);
+
+/* Refuses words that would write one file over another one that they name, or read. Returns an exit
+ * status; the message is out already. cli_roles.c */
+int cli_roles_check(const cli_args *args);
 
 /* Reads "0.5", "0.5%"; false if text is not all of a finite number >= 0. */
 bool cli_parse_amount(const char *text, double *value, bool *percent);

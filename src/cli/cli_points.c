@@ -5,7 +5,7 @@
 #include "cli_polydata.h"
 
 static const cli_option OPTIONS[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT", NULL, 0, 0,
      "the file to write: .ply, .vtp, .obj or .glb; required"},
     {CLI_CHANNEL, 0, "channel", CLI_TYPE_TEXT, "NAME", NULL, 0, 0,
      "the channel whose isosurfaces have the points, of a vector its length; without it the first "

@@ -17,7 +17,7 @@ static const cli_option OPTIONS[] = {
      "the same, and smallest and largest value, standard deviation, and the values that parts of "
      "the volume lie below"},
     {CLI_CHANNELS, 0, "channels", CLI_TYPE_LIST, "A,B", NULL, 0, 0, "of these channels alone"},
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT.csv", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT.csv", NULL, 0, 0,
      "write the table there; without it to stdout"},
 };
 static const cli_group GROUP = {"Options", OPTIONS, sizeof OPTIONS / sizeof *OPTIONS};

@@ -7,7 +7,7 @@
 #include "cli_scene.h"
 
 static const cli_option PICTURE[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT.png", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT.png", NULL, 0, 0,
      "the picture; required. Of several frames with their number, as frame_%04d.png"},
     {CLI_PICTURE_SIZE, 0, "size", CLI_TYPE_TEXT, "WxH", "1280x960", 0, 0, "pixels"},
     {CLI_SAMPLES, 0, "samples", CLI_TYPE_COUNT, "N", NULL, 1, 8,
@@ -18,9 +18,9 @@ static const cli_option PICTURE[] = {
      "none, or what is written around: bar, axes (with numbers), box, triad, error (of the "
      "picture). Pictures less than 200 pixels high have none unless it is asked for"},
     {CLI_TITLE, 0, "title", CLI_TYPE_TEXT, "TEXT", NULL, 0, 0, "a line above"},
-    {CLI_SCENE, 0, "scene", CLI_TYPE_TEXT, "SCENE.json", NULL, 0, 0,
+    {CLI_SCENE, 0, "scene", CLI_TYPE_INPUT, "SCENE.json", NULL, 0, 0,
      "draw what a scene says, as --write-scene and the viewer write it; words come on top of it"},
-    {CLI_WRITE_SCENE, 0, "write-scene", CLI_TYPE_TEXT, "FILE.json", NULL, 0, 0,
+    {CLI_WRITE_SCENE, 0, "write-scene", CLI_TYPE_OUTPUT, "FILE.json", NULL, 0, 0,
      "write the scene: what is drawn, how, and from where"},
     {CLI_RENDERER, 0, "renderer", CLI_TYPE_CHOICE, "auto|gl|cpu", "auto", 0, 0,
      "what draws: OpenGL where there is a GPU, or the processor, which is the reference"},
@@ -31,17 +31,17 @@ static const cli_option CAMERA[] = {
      "side: +x -x +y -y +z -z iso. All of the box is seen at zoom 1"},
     {CLI_PARALLEL, 0, "parallel", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "no perspective: equal lengths are equal wherever they are"},
-    {CLI_CAMERA, 0, "camera", CLI_TYPE_TEXT, "CAMERA.json", NULL, 0, 0,
+    {CLI_CAMERA, 0, "camera", CLI_TYPE_INPUT, "CAMERA.json", NULL, 0, 0,
      "a camera as VTK names it: position, focal_point, view_up, view_angle or parallel_scale; its "
      "size gives way to --size. A list of cameras: key frames that --frames go through"},
-    {CLI_WRITE_CAMERA, 0, "write-camera", CLI_TYPE_TEXT, "FILE.json", NULL, 0, 0,
+    {CLI_WRITE_CAMERA, 0, "write-camera", CLI_TYPE_OUTPUT, "FILE.json", NULL, 0, 0,
      "write the camera, of several frames all of them, for --camera and for VTK"},
     {CLI_FRAMES, 0, "frames", CLI_TYPE_COUNT, "N", "1", 1, 100000, "so many pictures"},
     {CLI_ORBIT, 0, "orbit", CLI_TYPE_REAL, "DEG", "0", -36000, 36000,
      "go around by so many degrees in all frames; 360 gives a round that can be repeated"},
 };
 static const cli_option THINGS[] = {
-    {CLI_VOLUME, 0, "volume", CLI_TYPE_TEXT, "CHANNEL[:TF.json]", NULL, 0, 0,
+    {CLI_VOLUME, 0, "volume", CLI_TYPE_INPUT, "CHANNEL[:TF.json]", NULL, 0, 0,
      "a channel as a cloud, with a transfer function as ParaView writes it, or with opacities from "
      "its histogram"},
     {CLI_VOLUME_METHOD, 0, "volume-method", CLI_TYPE_CHOICE, "auto|projected|rays", "auto", 0, 0,
@@ -60,7 +60,7 @@ static const cli_option THINGS[] = {
      "streamlines of vectors; words between commas: tubes, flat, ribbons, width=PX, halo, arrows, "
      "dash "
      "(these two move along in frames), opacity=O"},
-    {CLI_SEEDS, 0, "seeds", CLI_TYPE_TEXT, "SEEDS", "grid", 0, 0,
+    {CLI_SEEDS, 0, "seeds", CLI_TYPE_INPUT, "SEEDS", "grid", 0, 0,
      "where lines begin: " CLI_SEEDS_WORDS},
     {CLI_BOX, 0, "box", CLI_TYPE_TEXT, "X0,Y0,Z0,X1,Y1,Z1", NULL, 0, 0,
      "lines through this box are drawn full, the others as ghosts"},
@@ -80,7 +80,7 @@ static const cli_option THINGS[] = {
      "of a model: its levels of detail in colours, bright is fine"},
 };
 static const cli_option COLORS[] = {
-    {CLI_COLOR_BY, 0, "color-by", CLI_TYPE_TEXT, "CHANNEL[:TF.json]", NULL, 0, 0,
+    {CLI_COLOR_BY, 0, "color-by", CLI_TYPE_INPUT, "CHANNEL[:TF.json]", NULL, 0, 0,
      "the channel that surfaces, planes and the boundary show"},
     {CLI_COLORMAP, 0, "colormap", CLI_TYPE_TEXT, "NAME", "viridis", 0, 0,
      "viridis, inferno, magma, plasma, cividis, cool-to-warm or grey"},
@@ -89,7 +89,7 @@ static const cli_option COLORS[] = {
      "without it where most values are"},
     {CLI_LOG, 0, "log", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "colours by the logarithm; values that are not above 0 are not seen"},
-    {CLI_WRITE_TRANSFER, 0, "write-transfer", CLI_TYPE_TEXT, "FILE.json", NULL, 0, 0,
+    {CLI_WRITE_TRANSFER, 0, "write-transfer", CLI_TYPE_OUTPUT, "FILE.json", NULL, 0, 0,
      "write the transfer function that was used, for CHANNEL:TF.json and for ParaView"},
 };
 static const cli_group PICTURE_GROUP = {"Picture", PICTURE, sizeof PICTURE / sizeof *PICTURE};

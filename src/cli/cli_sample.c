@@ -5,7 +5,7 @@
 #include "cli_session.h"
 
 static const cli_option OPTIONS[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT", NULL, 0, 0,
      "the .vtu file to write; required"},
     {CLI_SIZE, 0, "size", CLI_TYPE_COUNT, "N", "0", 0, 4294967295.0,
      "vertices along each side of a grid, or the nearest equal of another sample; 0 takes the "

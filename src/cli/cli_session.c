@@ -31,6 +31,17 @@ static void keep_note(cli_session *session, const char *text)
         session->notes[session->notes_bytes] = '\0'; /* full: the rest is left out */
 }
 
+/* Whether a warning comes for the first time; beyond what there is room for all of them do. */
+static bool is_new(cli_session *session, const char *text)
+{
+    const size_t length = strlen(text), used = strlen(session->warnings);
+    for (const char *at = session->warnings; *at; at += strcspn(at, "\n") + 1)
+        if (strncmp(at, text, length) == 0 && at[length] == '\n') return false;
+    if (length + 2 <= sizeof session->warnings - used)
+        snprintf(session->warnings + used, length + 2, "%s\n", text);
+    return true;
+}
+
 static void on_log(void *user, tl_log_level level, const char *text)
 {
     cli_session *session = user;
@@ -40,6 +51,7 @@ static void on_log(void *user, tl_log_level level, const char *text)
         keep_note(session, text);
         return;
     }
+    if (!is_new(session, text)) return;
     cli_progress_clear(&session->progress);
     fprintf(stderr, "tetralod: %s%s\n", level == TL_LOG_INFO ? "note: " : "warning: ", text);
 }
@@ -128,7 +140,8 @@ int cli_session_run(const cli_verb *verb, int argc, char **argv)
         cli_interrupt_install();
         unsigned thread_count = (unsigned)cli_get(&session, CLI_THREADS)->count;
         tl_status st = cli_context_create(&session, thread_count, &session.ctx);
-        exit_status = st ? cli_fail(&session, NULL, st) : verb->run(&session);
+        exit_status = st ? cli_fail(&session, NULL, st) : cli_roles_check(&session.args);
+        if (!exit_status) exit_status = verb->run(&session);
         cli_progress_clear(&session.progress);
         tl_ctx_destroy(session.ctx);
     }

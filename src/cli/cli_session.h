@@ -13,6 +13,7 @@ struct cli_session {
     cli_progress progress;
     char notes[16384]; /* what the library said at level info, a line each */
     size_t notes_bytes, notes_shown;
+    char warnings[4096];  /* what it has warned of, a line each: each frame would do so again */
     size_t written_count; /* files that stay when the verb is stopped */
 };
 

@@ -8,7 +8,7 @@
 #include "cli_session.h"
 
 static const cli_option TARGET[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT", NULL, 0, 0,
      "the file to write, as what its ending says: .vtu, .vtk, .msh, .mesh, .exo, .node; required"},
     {CLI_RATIO, 0, "ratio", CLI_TYPE_AMOUNT, "R", NULL, DBL_MIN, 1,
      "stop at this part of the tets, such as 0.1 or 10%"},
@@ -387,6 +387,7 @@ const cli_verb cli_verb_simplify = {
     .operands = "IN -o OUT (--ratio R | --tets N | --error E)",
     .operand_least = 1,
     .operand_most = 1,
+    .may_replace = true,
     .about = "make a mesh smaller, to a number of tets or as far as an error allows",
     .details =
         "A bound always wins over a target: where a bound keeps a target from being reached, the "

@@ -8,7 +8,7 @@
 #include "cli_visible.h"
 
 static const cli_option OPTIONS[] = {
-    {CLI_OUTPUT, 'o', "output", CLI_TYPE_TEXT, "OUT", NULL, 0, 0,
+    {CLI_OUTPUT, 'o', "output", CLI_TYPE_OUTPUT, "OUT", NULL, 0, 0,
      "the file to write: .ply, .vtp, .stl, .obj or .glb; required"},
     {CLI_VALUE, 0, "value", CLI_TYPE_LIST, "[CHANNEL=]V[%]", NULL, 0, 0,
      "isosurface of a channel at a value, or at a part of its range; of a vector its length. May "
@@ -28,7 +28,7 @@ static const cli_option SEEN[] = {
     {CLI_VIEW, 0, "view", CLI_TYPE_TEXT, "AZ,EL[,ZOOM]", "30,20,1.2", 0, 0,
      "of a model: for a picture as of 'render', in which --error Npx counts; what is out of view "
      "may be coarse"},
-    {CLI_CAMERA, 0, "camera", CLI_TYPE_TEXT, "CAMERA.json", NULL, 0, 0,
+    {CLI_CAMERA, 0, "camera", CLI_TYPE_INPUT, "CAMERA.json", NULL, 0, 0,
      "of a model: the same with a camera as VTK names it"},
     {CLI_PICTURE_SIZE, 0, "size", CLI_TYPE_TEXT, "WxH", "1280x960", 0, 0, "pixels of that picture"},
 };

@@ -10,7 +10,7 @@
 enum { WORDS_MAX = 20, NUMBER_BYTES = 32 };
 
 static const cli_option VIEW[] = {
-    {CLI_SCENE, 0, "scene", CLI_TYPE_TEXT, "S.json", NULL, 0, 0,
+    {CLI_SCENE, 0, "scene", CLI_TYPE_INPUT, "S.json", NULL, 0, 0,
      "what is shown and how, as the viewer saves it; 'render --scene' draws it, too. It names its "
      "data set, so that FILE may be left out. Without it a first look"},
     {CLI_PICTURE_SIZE, 0, "size", CLI_TYPE_TEXT, "WxH", NULL, 0, 0,
@@ -19,9 +19,9 @@ static const cli_option VIEW[] = {
      "what draws: OpenGL where there is a GPU, or the processor"},
 };
 static const cli_option SCRIPTS[] = {
-    {CLI_SCREENSHOT, 0, "screenshot", CLI_TYPE_TEXT, "OUT.png", NULL, 0, 0,
+    {CLI_SCREENSHOT, 0, "screenshot", CLI_TYPE_OUTPUT, "OUT.png", NULL, 0, 0,
      "save the window when its picture is all that was asked for, and end"},
-    {CLI_SCRIPT, 0, "script", CLI_TYPE_TEXT, "FILE", NULL, 0, 0,
+    {CLI_SCRIPT, 0, "script", CLI_TYPE_INPUT, "FILE", NULL, 0, 0,
      "carry out commands, one a line: those of scenes, and open, wait, screenshot, picture, "
      "frames, "
      "size, key, click, drag, turn, print, quit; - reads them from standard input"},
