@@ -408,9 +408,34 @@ LOOKUP_TABLE default
         if json.loads(done.stdout)["renderer"] == "cpu":
             self.assertIn("the processor draws", done.stderr)
 
-    def test_empty_surface(self):
-        image, _ = self.draw("--surface", "value=99")
-        self.assertTrue((image == 255).all())
+    def test_empty_things_are_named(self):
+        """A picture without them, and a warning for each, once."""
+        frames = ("--frames", "2", "--orbit", "20", "-o", self.path("e%d.png"))
+        for words, said in ((("--surface", "value=99"), "surface1 is empty: 'value' has the value 99 nowhere, it goes from"),
+                            (("--slice", "x=7"), "slice1 is empty: its plane lies beside the mesh, x -1 .. 1"),
+                            (("--interfaces",), "boundary1 is empty: the mesh has no two regions that touch"),
+                            (("--derive", "n=7", "--points", "n"), "points1 is empty: 'n' goes from 7 to 7"),
+                            (("--derive", "u=grad(value)", "--lines", "u", "--seeds", "line:7,0,0,8,0,0:9"),
+                             "of which 9 lie outside of the mesh")):
+            with self.subTest(words):
+                done = run("render", self.grid, "-q", "--size", "160x120", "--annotation", "none", *words, *frames)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+                self.assertIn(said, done.stderr)
+                self.assertTrue((pixels(self.path("e0.png")) == 255).all())
+
+    def test_nothing_is_left(self):
+        for words, said in ((("--threshold", "value=5,6"), "by threshold1: no tet is within 5 and 6, 'value' goes from"),
+                            (("--clip", "x<-7"), "by thresholds, regions and planes")):
+            done = run("render", self.grid, "-o", self.path("n.png"), *words)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("nothing is left of the mesh " + said, done.stderr)
+            self.assertFalse(os.path.exists(self.path("n.png")))
+
+    def test_seeds_without_end(self):
+        done = run("render", self.grid, "-o", self.path("n.png"), "--derive", "u=grad(value)", "--lines", "u", "--seeds", "/dev/zero")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("'/dev/zero': line 1 is no text", done.stderr)
 
     def test_wrong_use(self):
         bad = self.write("bad.json", "[{")

@@ -118,8 +118,17 @@ static tl_status keep_range(tl_ctx *ctx, const tl_scene *scene, tl_node node, co
     tl_status st = tl_scene_get(ctx, scene, node, "low", &low);
     if (!st) st = tl_scene_get(ctx, scene, node, "high", &high);
     if (st) return st;
-    return tl_keep_range(ctx, mesh, channel, low.count ? low.reals[0] : -(double)INFINITY,
-                         high.count ? high.reals[0] : (double)INFINITY, false, keep);
+    const double least = low.count ? low.reals[0] : -(double)INFINITY;
+    const double most = high.count ? high.reals[0] : (double)INFINITY;
+    const bool had_any = memchr(keep, 1, tl_mesh_tet_count(mesh)) != NULL;
+    st = tl_keep_range(ctx, mesh, channel, least, most, false, keep);
+    if (st || !had_any || memchr(keep, 1, tl_mesh_tet_count(mesh))) return st;
+    double range[2];
+    tli_extremes(mesh, channel, false, range);
+    return tl_fail(ctx, TL_ERR_DATA,
+                   "nothing is left of the mesh by %s: no tet is within %g and %g, '%s' goes from "
+                   "%g to %g",
+                   tl_scene_name(scene, node), least, most, name, range[0], range[1]);
 }
 
 /* ---- regions ---- */

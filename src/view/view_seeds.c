@@ -125,6 +125,11 @@ static tl_status read_points(tl_ctx *ctx, FILE *file, const char *path, tl_polyd
     while (!st && fgets(line, sizeof line, file)) {
         double x[3];
         number++;
+        if (!strchr(line, '\n') && !feof(file))
+            return tl_fail(ctx, TL_ERR_FORMAT, "'%s': line %zu is no text of less than %d bytes",
+                           path, number, LINE_BYTES);
+        if ((double)seeds->vert_count > COUNT_MAX)
+            return tl_fail(ctx, TL_ERR_FORMAT, "'%s': more than %.0f seeds", path, COUNT_MAX);
         line[strcspn(line, "#")] = '\0';
         if (line[strspn(line, " \t\r\n")] == '\0') continue;
         if (read_point(line, x))

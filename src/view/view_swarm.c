@@ -46,7 +46,12 @@ tl_status tli_make_points(tli_maker *maker, const tli_entry *entry)
     const tli_paint *paint = entry->color ? entry->color : entry->own;
     if (!(tli_maker_real(maker, entry, "radius_px") > 0)) return TL_OK;
     const double *range = entry->own->values.shown_range;
-    if (!(range[0] < range[1])) return TL_OK; /* one value, or none: no isosurfaces */
+    if (!(range[0] < range[1])) { /* one value, or none: no isosurfaces */
+        tl_log(maker->ctx, TL_LOG_WARNING, "%s is empty: '%s' goes from %g to %g",
+               tl_scene_name(maker->agenda->scene, entry->node), entry->own->values.channel,
+               entry->own->values.range[0], entry->own->values.range[1]);
+        return TL_OK;
+    }
     tl_status st = tli_maker_scalar(maker, entry->own, false, &own);
     if (!st) st = tli_maker_scalar(maker, paint, false, &color);
     if (st) return st;
@@ -125,7 +130,9 @@ static tl_status follow(tli_maker *m, const tli_entry *entry, const tli_scalar *
     const tl_channel *channel;
     const tl_lidx *opposite;
     tl_polydata *lines = NULL;
+    tl_stream_report report = {0};
     const tl_scene *scene = m->agenda->scene;
+    const char *seeds = tl_scene_text(scene, entry->node, "seeds");
     tl_stream_opts opts = tl_stream_opts_defaults();
     tl_status st =
         tli_body_channel(m->ctx, m->body, tl_scene_text(scene, entry->node, "channel"), &channel);
@@ -135,8 +142,11 @@ static tl_status follow(tli_maker *m, const tli_entry *entry, const tli_scalar *
     opts.channels = &dressed.first;
     opts.channel_count = 1;
     opts.normals = is_ribbon(m, entry);
-    st = tli_seeds_follow(m->ctx, &dressed.mesh, opposite, channel,
-                          tl_scene_text(scene, entry->node, "seeds"), &opts, &lines, NULL);
+    st = tli_seeds_follow(m->ctx, &dressed.mesh, opposite, channel, seeds, &opts, &lines, &report);
+    if (!st && !lines->cell_count)
+        tl_log(m->ctx, TL_LOG_WARNING,
+               "%s is empty: no line from the seeds '%s', of which %zu lie outside of the mesh",
+               tl_scene_name(scene, entry->node), seeds, report.seeds_outside);
     if (st || !box_of(m, entry, bounds)) {
         parts[0] = lines;
         return st;

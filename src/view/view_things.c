@@ -237,8 +237,11 @@ static tl_status slice_surface(tli_maker *m, const tli_entry *entry, double valu
     opts.channel_count = dressed.mesh.channel_count;
     st = tl_slice_mesh(m->ctx, &dressed.mesh, scalar->values, &opts, &triangles);
     if (!st && !triangles->cell_count)
-        tl_log(m->ctx, TL_LOG_INFO, "the surface %s = %g is empty", entry->own->values.channel,
-               tli_surface_value(m->agenda->scene, entry));
+        tl_log(m->ctx, TL_LOG_WARNING,
+               "%s is empty: '%s' has the value %g nowhere, it goes from %g to %g",
+               tl_scene_name(m->agenda->scene, entry->node), entry->own->values.channel,
+               tli_surface_value(m->agenda->scene, entry), entry->own->values.least,
+               entry->own->values.most);
     return st ? st : tli_maker_keep(m, recipe, triangles, NULL, shape);
 }
 
@@ -285,8 +288,11 @@ static tl_status slice_plane(tli_maker *m, const tli_entry *entry, const double 
         st = tl_slice_mesh(m->ctx, &dressed.mesh, distance, &opts, &triangles);
     }
     tl_mem_free(m->ctx, distance);
+    const double *b = m->body->bounds;
     if (!st && !triangles->cell_count)
-        tl_log(m->ctx, TL_LOG_INFO, "a plane beside the mesh shows nothing");
+        tl_log(m->ctx, TL_LOG_WARNING,
+               "%s is empty: its plane lies beside the mesh, x %g .. %g, y %g .. %g, z %g .. %g",
+               tl_scene_name(m->agenda->scene, entry->node), b[0], b[1], b[2], b[3], b[4], b[5]);
     return st ? st : tli_maker_keep(m, recipe, triangles, NULL, shape);
 }
 
@@ -333,6 +339,9 @@ static tl_status make_boundary(tli_maker *m, const tli_entry *entry)
             opts.channel_count = dressed.mesh.channel_count;
             st = tl_boundary_surface(m->ctx, &dressed.mesh, opposite, &opts, &triangles);
         }
+        if (!st && inside && !triangles->cell_count)
+            tl_log(m->ctx, TL_LOG_WARNING, "%s is empty: the mesh has no two regions that touch",
+                   tl_scene_name(m->agenda->scene, entry->node));
         if (!st) st = tli_maker_keep(m, recipe, triangles, NULL, &shape);
     }
     if (st) return st;
