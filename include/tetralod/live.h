@@ -46,9 +46,10 @@ TL_API void tl_live_destroy(tl_live *live);
 /* ---- what is shown ---- */
 
 /* Opens a file that the program reads in place of the one that is open: models at once, others with
- * progress. scene (copied) is shown then; NULL: a first look. Another open cancels one that is
- * under way. Events: TL_LIVE_PROGRESS, then TL_LIVE_OPENED or TL_LIVE_FAILED, after which the
- * former file stays. TL_ERR_MEMORY. */
+ * progress. scene (copied) is shown then, but for what the data lack (tl_view_adapt), which a
+ * TL_LIVE_NOTICE tells; NULL: a first look. Another open cancels one that is under way. Events:
+ * TL_LIVE_PROGRESS, then TL_LIVE_OPENED or TL_LIVE_FAILED, after which the former file stays.
+ * TL_ERR_MEMORY. */
 TL_API tl_status tl_live_open(tl_live *live, const char *path, const tl_scene *scene);
 /* What is open: NULL before the first TL_LIVE_OPENED. Borrowed until the next TL_LIVE_OPENED is
  * taken by tl_live_next_event; any thread may ask it. */

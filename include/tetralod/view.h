@@ -148,6 +148,13 @@ TL_API tl_status tl_view_build(tl_ctx *ctx, tl_view *view, const tl_scene *scene
                                const tl_camera *camera, const tl_view_limits *limits,
                                tl_content **content);
 
+/* The same scene, but for what it names and the source lacks: a step becomes the first one,
+ * regions, thresholds, planes and formulas that can't be, or leave nothing, are off, things of
+ * channels that are not there are hidden, or lose their colours. Gives *scene, nothing to undo in
+ * it, and text [bytes], bytes > 0, with a line for each change; "": there was none. */
+TL_API tl_status tl_view_adapt(tl_ctx *ctx, tl_view *view, const tl_scene *from, tl_scene **scene,
+                               char *text, size_t bytes);
+
 /* How a channel is shown by a scene, before there is a content. What is automatic follows from all
  * of the data, not from what is chosen of it, nor from the cut.
  * Gives *values, borrowed until the next call with this view. TL_ERR_ARG as of tl_view_build. */

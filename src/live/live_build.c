@@ -101,12 +101,18 @@ static tl_status open_source(tl_live *live, const char *path, const tl_scene *sc
     }
     if (step >= 0) opts.step = (uint64_t)step;
     tl_status st = tl_mesh_read(ctx, path, &opts, &mesh, NULL);
+    const bool lacks_step = st == TL_ERR_ARG && opts.step;
+    if (lacks_step) {
+        tl_ctx_clear(ctx);
+        opts.step = 0;
+        st = tl_mesh_read(ctx, path, &opts, &mesh, NULL);
+    }
     if (!st) st = tl_source_create(ctx, mesh, path, source);
     if (st) {
         tl_mesh_destroy(mesh);
         return st;
     }
-    return step >= 0 ? tl_source_set_step(ctx, *source, (uint32_t)step) : TL_OK;
+    return step >= 0 && !lacks_step ? tl_source_set_step(ctx, *source, (uint32_t)step) : TL_OK;
 }
 
 static bool has_things(const tl_scene *scene)
@@ -118,14 +124,17 @@ static bool has_things(const tl_scene *scene)
     return false;
 }
 
-/* What is shown of a file: a scene of the builder's, with things, bounds and frame. */
+/* What is shown of a file: a scene of the builder's, with things, bounds and frame. text [bytes]
+ * says what it lacks of the one that is given, which may be NULL. */
 static tl_status first_scene(tl_live *live, const tli_live_source *s, const tl_scene *given,
-                             uint32_t width, uint32_t height, tl_scene **scene)
+                             uint32_t width, uint32_t height, tl_scene **scene, char *text,
+                             size_t bytes)
 {
     tl_ctx *ctx = live->builder.ctx;
     tl_view *view = s->views[TLI_LIVE_CUT_COARSE]; /* makes the first content, too */
     double bounds[6], window[4];
-    tl_status st = given ? tl_scene_copy(ctx, given, scene) : tl_scene_create(ctx, scene);
+    tl_status st =
+        given ? tl_view_adapt(ctx, view, given, scene, text, bytes) : tl_scene_create(ctx, scene);
     if (!st && !has_things(*scene)) st = tl_first_look(ctx, s->source, *scene);
     if (!st) st = tl_view_bounds(ctx, view, *scene, bounds);
     if (!st) st = tl_scene_set_bounds(ctx, *scene, bounds);
@@ -175,9 +184,11 @@ static void open_file(tl_live *live)
     if (!st) st = open_source(live, path, given ? given->scene : NULL, &s->source);
     for (int i = 0; !st && i < TLI_LIVE_CUTS; i++)
         st = tl_view_create(ctx, s->source, &s->views[i]);
-    if (!st) st = first_scene(live, s, given ? given->scene : NULL, width, height, &scene);
+    char text[sizeof((tl_live_event *)0)->text], lacks[sizeof text] = "";
+    if (!st)
+        st = first_scene(live, s, given ? given->scene : NULL, width, height, &scene, lacks,
+                         sizeof lacks);
     tli_live_lock(live);
-    char text[sizeof((tl_live_event *)0)->text];
     snprintf(text, sizeof text, "%s", tl_ctx_message(ctx));
     if (!st) {
         st = tli_live_copy_scene(live, scene, &shown);
@@ -185,6 +196,7 @@ static void open_file(tl_live *live)
     }
     if (!st) {
         go_over(live, s, shown);
+        if (*lacks) tli_live_event(live, TL_LIVE_NOTICE, TL_LIVE_OPEN, lacks);
     } else {
         tli_live_failed(live, TL_LIVE_OPEN, st, text);
         if (s) tli_live_drop_source(live, s);

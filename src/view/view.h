@@ -320,6 +320,9 @@ tl_status tli_view_move(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
                         const tl_view_request *request, const tl_view_limits *limits);
 tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64_t step,
                         double time);
+/* tl_seeds_follow with the neighbours of the tets, where they are known. TL_ERR_ARG for a channel
+ * that lines can't follow. view_seeds.c */
+tl_status tli_flow_check(tl_ctx *ctx, const tl_channel *channel);
 tl_status tli_seeds_follow(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
                            const tl_channel *channel, const char *seeds, const tl_stream_opts *opts,
                            tl_polydata **lines, tl_stream_report *report);

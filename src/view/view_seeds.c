@@ -184,6 +184,15 @@ static tl_status make_seeds(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *
     }
 }
 
+tl_status tli_flow_check(tl_ctx *ctx, const tl_channel *channel)
+{
+    const bool on_verts = channel->on == TL_ON_VERTEX;
+    if (on_verts && channel->components == 3) return TL_OK;
+    return tl_fail(ctx, TL_ERR_ARG,
+                   "channel '%s' has %u components on %s, a flow has 3 on vertices", channel->name,
+                   channel->components, on_verts ? "vertices" : "tets");
+}
+
 tl_status tli_seeds_follow(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *opposite,
                            const tl_channel *channel, const char *seeds, const tl_stream_opts *opts,
                            tl_polydata **lines, tl_stream_report *report)
@@ -192,10 +201,8 @@ tl_status tli_seeds_follow(tl_ctx *ctx, const tl_mesh *mesh, const tl_lidx *oppo
     tl_status st;
     tl_polydata *points = NULL;
     *lines = NULL;
-    if (channel->on != TL_ON_VERTEX || channel->components != 3)
-        return tl_fail(
-            ctx, TL_ERR_ARG, "channel '%s' has %u components on %s, a flow has 3 on vertices",
-            channel->name, channel->components, channel->on == TL_ON_VERTEX ? "vertices" : "tets");
+    st = tli_flow_check(ctx, channel);
+    if (st) return st;
     if (!parse(seeds, &s))
         return tl_fail(ctx, TL_ERR_ARG,
                        "seeds '%s': expected grid[:N], critical[:N], "
