@@ -11,7 +11,7 @@ import unittest
 
 import numpy as np
 from render_test import pixels
-from viewer_display import PROGRAM, Display, Viewer, missing
+from viewer_display import PATIENCE, PROGRAM, Display, Viewer, missing
 
 SIZE = "860x560"  # of windows
 
@@ -29,6 +29,10 @@ def make(*words):
 def difference(a, b):
     """Mean of the differences of two pictures, 0 to 255."""
     return np.abs(a[..., :3].astype(int) - b[..., :3].astype(int)).mean()
+
+
+def numbers(text):
+    return np.array([float(word) for word in text.replace(",", " ").split()])
 
 
 class ViewerTest(unittest.TestCase):
@@ -90,7 +94,7 @@ class HandsTest(ViewerTest):
             script += ["wait settled", "print-tools", f"print round{number}", "wait for " + done[number], "wait 0.4", "wait settled"]
             script += [word if " " in word or "." not in word else "get " + word for word in questions]
         self.display.tool("mousemove", 0, 0)  # no tips from where it was left
-        viewer = self.start([*script, "quit"], model or self.model, "--size", self.SIZE, *words, **options)
+        self.viewer = viewer = self.start([*script, "quit"], model or self.model, "--size", self.SIZE, *words, **options)
         for number, (events, _) in enumerate(rounds):
             begin = len(viewer.said)
             viewer.until(f"round{number}")
@@ -146,6 +150,33 @@ class HandsTest(ViewerTest):
 
     def key(self, *keys):
         self.display.tool("key", "--delay", 40, *keys)
+
+    def front(self, name):
+        """The dialog of a name comes, and has the keys."""
+        end = time.monotonic() + PATIENCE
+        while name not in (names := self.display.names(self.viewer)):
+            self.assertLess(time.monotonic(), end, f"'{name}' does not come: {names}")
+            time.sleep(0.05)
+        self.display.tool("mousemove", "--window", self.display.window(self.viewer, name), 150, 25)
+        time.sleep(0.3)
+
+    def choose(self, name, path, begin=("ctrl+a",)):
+        """Answers the dialog for a file that is to be written."""
+        self.front(name)
+        self.key(*begin)
+        time.sleep(0.3)
+        self.display.tool("type", "--delay", 15, path)
+        before = self.display.names(self.viewer)
+        for _ in range(5):  # the first one may answer a list of names that begin so
+            time.sleep(0.5)
+            self.key("Return")
+            time.sleep(0.5)
+            if self.display.names(self.viewer) != before:
+                break
+
+    def choose_old(self, name, path):
+        """Answers the dialog for a file that is there."""
+        self.choose(name, path, ["ctrl+l", "ctrl+a"])
 
     def type(self, control, text):
         self.click(self.place(control, 20, 12))

@@ -64,6 +64,16 @@ class Display:
         """The window of a viewer of this name, in the words of xdotool."""
         return self.tool("search", "--all", "--onlyvisible", "--pid", viewer.child.pid, "--name", name).split()[-1]
 
+    def names(self, viewer):
+        """Of all its windows that are seen."""
+        found = []
+        try:
+            for number in self.tool("search", "--all", "--onlyvisible", "--pid", viewer.child.pid, "--name", "").split():
+                found.append(self.tool("getwindowname", number))
+        except RuntimeError:
+            pass  # one goes, or there is none
+        return found
+
     def tool(self, *words):
         """xdotool; returns what it prints."""
         done = subprocess.run(["xdotool", *map(str, words)], env=dict(os.environ, DISPLAY=self.name),

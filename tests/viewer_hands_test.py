@@ -4,11 +4,7 @@ import time
 import unittest
 
 import numpy as np
-from viewer_case import HandsTest
-
-
-def numbers(text):
-    return np.array([float(word) for word in text.replace(",", " ").split()])
+from viewer_case import HandsTest, numbers
 
 
 class Camera(HandsTest):

@@ -51,14 +51,17 @@ static bool on_progress(void *user, const char *stage, uint64_t done, uint64_t t
     return !atomic_load(&((viewer *)user)->save->is_cancelled);
 }
 
-/* By the ending of path a page or a picture. */
+static bool is_page(const char *path)
+{
+    return g_str_has_suffix(path, ".pdf") || g_str_has_suffix(path, ".svg");
+}
+
 static tl_status save(tl_ctx *ctx, const job *j, const tl_content *content, const tl_camera *camera,
                       tl_image *image, const char *path)
 {
     tl_value color;
     float background[3];
-    if (g_str_has_suffix(path, ".pdf") || g_str_has_suffix(path, ".svg"))
-        return tl_content_write(ctx, content, j->scene, camera, image, path);
+    if (is_page(path)) return tl_content_write(ctx, content, j->scene, camera, image, path);
     tl_status st = tl_content_annotate(ctx, content, j->scene, camera, image);
     if (st == TL_ERR_UNSUPPORTED) st = TL_OK; /* a build without pango: no words */
     if (!st) st = tl_scene_get(ctx, j->scene, TL_NODE_PICTURE + 1, "background", &color);
@@ -196,6 +199,12 @@ static gboolean on_timer(gpointer data)
 static bool begin(viewer *v, job *j)
 {
     struct viewer_save *s = v->save;
+    if (!g_str_has_suffix(j->path, ".png") && !is_page(j->path)) {
+        viewer_say(v, VIEWER_ERROR, "'%s': expected a name that ends in .png, .pdf or .svg",
+                   j->path);
+        free_job(j);
+        return false;
+    }
     /* the source goes when another one is opened */
     if (s->job || !v->source || viewer_files_opens(v)) {
         viewer_say(v, VIEWER_WARNING, "%s",
@@ -238,18 +247,57 @@ static job *make_job(viewer *v, uint32_t width, uint32_t height)
 
 /* ---- the dialog ---- */
 
-static void on_path(GtkNativeDialog *dialog, int response, viewer *v)
+static void on_replace(GtkDialog *dialog, int response, viewer *v)
 {
     job *j = g_steal_pointer(&v->save->asked);
+    gtk_window_destroy(GTK_WINDOW(dialog));
+    if (response == GTK_RESPONSE_ACCEPT && j)
+        begin(v, j);
+    else
+        free_job(j);
+}
+
+/* The dialog for a file asks about one; those of a sequence have other names. */
+static void ask_replace(viewer *v, unsigned count)
+{
+    GtkWidget *dialog =
+        gtk_message_dialog_new(v->window, GTK_DIALOG_MODAL | GTK_DIALOG_DESTROY_WITH_PARENT,
+                               GTK_MESSAGE_QUESTION, GTK_BUTTONS_NONE, "Replace pictures?");
+    gtk_window_set_title(GTK_WINDOW(dialog), "Replace pictures");
+    gtk_message_dialog_format_secondary_text(
+        GTK_MESSAGE_DIALOG(dialog), "%u of the pictures of this sequence are there already.",
+        count);
+    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Cancel", GTK_RESPONSE_CANCEL);
+    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Replace", GTK_RESPONSE_ACCEPT);
+    gtk_dialog_set_default_response(GTK_DIALOG(dialog), GTK_RESPONSE_CANCEL);
+    g_signal_connect(dialog, "response", G_CALLBACK(on_replace), v);
+    gtk_window_present(GTK_WINDOW(dialog));
+}
+
+static unsigned count_there(const job *j)
+{
+    unsigned count = 0;
+    for (uint32_t i = 0; j->frame_count > 1 && i < j->frame_count; i++) {
+        char *path = frame_path(j, i);
+        count += g_file_test(path, G_FILE_TEST_EXISTS);
+        g_free(path);
+    }
+    return count;
+}
+
+static void on_path(GtkNativeDialog *dialog, int response, viewer *v)
+{
+    struct viewer_save *s = v->save;
     char *path = response == GTK_RESPONSE_ACCEPT ? viewer_dialog_path(dialog) : NULL;
     g_object_unref(dialog);
-    if (path && j) {
-        j->path = path;
-        begin(v, j);
-        return;
-    }
-    g_free(path);
-    free_job(j);
+    if (s->asked) s->asked->path = path;
+    const unsigned count = s->asked && path ? count_there(s->asked) : 0;
+    if (count)
+        ask_replace(v, count);
+    else if (s->asked && path)
+        begin(v, g_steal_pointer(&s->asked));
+    else
+        g_clear_pointer(&s->asked, free_job);
 }
 
 static void on_accept(GtkButton *button, viewer *v)
@@ -269,7 +317,7 @@ static void on_accept(GtkButton *button, viewer *v)
             s->asked->degrees = gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->degrees));
         }
         GtkFileChooserNative *dialog = viewer_dialog(
-            v, s->is_sequence ? "Save frames" : "Save picture", "_Save",
+            v, s->is_sequence ? "Save frames as" : "Save picture as", "_Save",
             GTK_FILE_CHOOSER_ACTION_SAVE, s->is_sequence ? "frame.png" : "picture.png", NULL);
         g_signal_connect(dialog, "response", G_CALLBACK(on_path), v);
         gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
