@@ -1,4 +1,4 @@
-"""A display of its own (Xvfb) and the viewer on it, for the tests of the viewer."""
+"""A display of its own (Xvfb, or Weston for Wayland) and the viewer on it, for the tests of the viewer."""
 
 import os
 import select
@@ -45,6 +45,7 @@ class Display:
             self.close()
             raise RuntimeError("Xvfb does not start")
         self.name = ":" + number
+        self.variables = {"DISPLAY": self.name, "GDK_BACKEND": "x11"}
 
     def close(self):
         self.server.terminate()  # it takes its socket along
@@ -83,15 +84,39 @@ class Display:
         return done.stdout.strip()
 
 
+class Weston:
+    """A display of Wayland, without a screen; close ends it."""
+    NAME = "tetralod-0"
+
+    def __init__(self, size="1280x900"):
+        self.folder = tempfile.mkdtemp(prefix="tetralod-wayland-")
+        width, height = size.split("x")
+        self.server = subprocess.Popen(["weston", "--backend=headless-backend.so", "--socket=" + self.NAME, "--no-config", "--idle-time=0",
+                                        "--width=" + width, "--height=" + height], env=dict(os.environ, XDG_RUNTIME_DIR=self.folder),
+                                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.variables = {"WAYLAND_DISPLAY": self.NAME, "GDK_BACKEND": "wayland", "XDG_RUNTIME_DIR": self.folder}
+        end = time.monotonic() + 30
+        while not os.path.exists(os.path.join(self.folder, self.NAME)):
+            if self.server.poll() is not None or time.monotonic() > end:
+                self.close()
+                raise RuntimeError("Weston does not start")
+            time.sleep(0.05)
+
+    def close(self):
+        self.server.terminate()
+        self.server.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
 def environment(display, folder, **more):
     """Nothing of the user's: state and settings lie in the folder, no session bus is asked for."""
     result = dict(os.environ, HOME=folder, XDG_STATE_HOME=folder, XDG_CONFIG_HOME=folder, XDG_CACHE_HOME=folder,
-                  XDG_DATA_HOME=folder, XDG_RUNTIME_DIR=folder, GSETTINGS_BACKEND="memory", GTK_A11Y="none", GDK_BACKEND="x11",
+                  XDG_DATA_HOME=folder, XDG_RUNTIME_DIR=folder, GSETTINGS_BACKEND="memory", GTK_A11Y="none",
                   DBUS_SESSION_BUS_ADDRESS="disabled:")
-    result.pop("WAYLAND_DISPLAY", None)
-    result.pop("DISPLAY", None)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "GDK_BACKEND"):
+        result.pop(name, None)
     if display:
-        result["DISPLAY"] = display.name
+        result.update(display.variables)
     result.update(more)
     return result
 

@@ -12,7 +12,7 @@ import unittest
 import numpy as np
 from render_test import pixels
 from viewer_case import SIZE, ViewerTest, difference, make
-from viewer_display import PROGRAM, SANITIZED, Display, environment
+from viewer_display import PROGRAM, SANITIZED, Display, Weston, environment
 
 FRAME_PX = 12  # at most so many of a window's width and height are its frame
 FAKE_GL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}
@@ -103,6 +103,26 @@ class TourTest(ViewerTest):
 class Tour(TourTest):
     def test_sample(self):
         self.tour(self.model, "volume1", "pressure", 0.3, "velocity")
+
+
+class Wayland(TourTest):
+    """The same without X."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        if not shutil.which("weston"):
+            raise unittest.SkipTest("weston is not installed")
+        cls.display = Weston()
+        cls.addClassCleanup(cls.display.close)
+
+    def test_sample(self):
+        self.tour(self.model, "volume1", "pressure", 0.3, "velocity")
+
+    def test_full_screen(self):
+        """Weston gives a window all of its display."""
+        self.play(["wait settled", "key full-screen", "wait 1", "wait settled", "screenshot " + self.at("full.png")], self.model, "--size", SIZE)
+        self.assertEqual(pixels(self.at("full.png")).shape[:2], (900, 1280))
 
 
 class Troubles(ViewerTest):
