@@ -17,6 +17,8 @@ struct viewer_core {
     guint flush_source;
     uint64_t things, camera; /* versions that the parts know of */
     uint64_t sent;           /* version that the live view has */
+    double window[4];        /* of the scene: where the picture has room for the data */
+    bool is_reframed;        /* it is another one than the live view has */
     int gestures;            /* that go on */
     atomic_int is_woken;     /* the loop will look for frames and events */
     GBytes *frame_bytes;     /* keeps v->frame */
@@ -65,11 +67,13 @@ static uint64_t things_version(const tl_scene *scene)
 
 static void send_scene(viewer *v)
 {
+    struct viewer_core *core = v->core;
     const uint64_t version = tl_scene_version(v->scene);
-    if (version == v->core->sent || !v->source) return;
+    if ((version == core->sent && !core->is_reframed) || !v->source) return;
     if (tl_live_set_scene(v->live, v->scene))
         viewer_say(v, VIEWER_ERROR, "The scene does not fit in memory; an older one is shown.");
-    v->core->sent = version;
+    core->sent = version;
+    core->is_reframed = false;
 }
 
 void viewer_flush(viewer *v)
@@ -170,6 +174,19 @@ static void release_held(struct viewer_core *core, tl_live *live)
     g_ptr_array_free(core->held, TRUE);
 }
 
+/* It was made for a window of another size or with other words beside the data. */
+static bool is_old_frame(const viewer *v)
+{
+    const tl_frame *frame = v->frame;
+    const int scale = gtk_widget_get_scale_factor(v->picture);
+    tl_camera now;
+    tl_scene_camera(v->scene, frame->width, frame->height, &now);
+    return v->core->is_reframed ||
+           frame->width != (uint32_t)(gtk_widget_get_width(v->picture) * scale) ||
+           frame->height != (uint32_t)(gtk_widget_get_height(v->picture) * scale) ||
+           memcmp(&now, &frame->camera, sizeof now) != 0;
+}
+
 /* A camera that was chosen for the data stays where it is once all is seen from it: what is added
  * then does not move the picture. */
 static void keep_camera(viewer *v)
@@ -178,7 +195,7 @@ static void keep_camera(viewer *v)
     if (!v->frame->is_final || v->frame->scene_version != tl_scene_version(v->scene)) return;
     if (tl_scene_undo_name(v->scene)) return;
     if (tl_scene_get(v->ctx, v->scene, TL_NODE_CAMERA + 1, "position", &position)) return;
-    if (position.count) return;
+    if (position.count || is_old_frame(v)) return;
     const tl_status st = tl_scene_set_camera(v->ctx, v->scene, &v->frame->camera);
     tl_scene_forget(v->ctx, v->scene);
     if (viewer_ok(v, st)) viewer_changed(v);
@@ -213,6 +230,7 @@ void viewer_take_scene(viewer *v, tl_scene *scene)
     tl_scene_destroy(v->ctx, v->scene);
     v->scene = scene;
     v->selected = 0;
+    memset(core->window, 0, sizeof core->window); /* the live view has the scene as it came */
     viewer_frame_scene(v);
     tl_scene_forget(v->ctx, v->scene);
     send_scene(v);
@@ -284,6 +302,10 @@ void viewer_frame_scene(viewer *v)
     tl_annotation_window(&annotation, (uint32_t)width, (uint32_t)height, window);
     viewer_ok(v, tl_scene_set_frame(v->ctx, v->scene, (uint32_t)width, (uint32_t)height, window));
     tl_live_set_size(v->live, (uint32_t)width, (uint32_t)height);
+    if (memcmp(window, v->core->window, sizeof window) == 0) return;
+    memcpy(v->core->window, window, sizeof window);
+    v->core->is_reframed = true; /* which is no change of the scene */
+    viewer_changed(v);
 }
 
 /* ---- states ---- */
