@@ -53,6 +53,32 @@ static void steps_beside_a_value(void **state)
     CHECK_NEAR(viewer_axis_beside(&LOGARITHMIC, 1, 50), 10, 1e-9);
 }
 
+static void zoom_and_pan(void **state)
+{
+    (void)state;
+    static const double ALL[2] = {-4, 10}, POSITIVE[2] = {1e-3, 1e6};
+    viewer_axis axis = LINEAR;
+    const double held = viewer_axis_value(&axis, 60);
+    viewer_axis_zoom(&axis, ALL, 0.25, 60);
+    CHECK_NEAR(axis.range[1] - axis.range[0], 2, 1e-12);
+    CHECK_NEAR(viewer_axis_value(&axis, 60), held, 1e-12);
+    viewer_axis_pan(&axis, ALL, 30);
+    CHECK_NEAR(viewer_axis_value(&axis, 90), held, 1e-12);
+    viewer_axis_pan(&axis, ALL, 1e6);
+    CHECK_NEAR(axis.range[0], -4, 1e-12);
+    CHECK_NEAR(axis.range[1], -2, 1e-12);
+    viewer_axis_zoom(&axis, ALL, 1e3, 60);
+    CHECK(axis.range[0] == -4 && axis.range[1] == 10);
+    for (int i = 0; i < 200; i++) viewer_axis_zoom(&axis, ALL, 0.5, 100);
+    CHECK(axis.range[0] < axis.range[1]);
+    CHECK(viewer_axis_value(&axis, 10) < viewer_axis_value(&axis, 210));
+    axis = LOGARITHMIC;
+    viewer_axis_zoom(&axis, POSITIVE, 0.5, 160);
+    CHECK_NEAR(log10(axis.range[1] / axis.range[0]), 3, 1e-9);
+    viewer_axis_pan(&axis, POSITIVE, -1e6);
+    CHECK_NEAR(axis.range[1] / 1e6, 1, 1e-9);
+}
+
 static void round_values(void **state)
 {
     (void)state;
@@ -202,11 +228,17 @@ static void fewer_points_stay_close(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(places_and_values),       cmocka_unit_test(values_as_large_as_they_get),
-        cmocka_unit_test(steps_beside_a_value),    cmocka_unit_test(round_values),
-        cmocka_unit_test(values_of_a_curve),       cmocka_unit_test(points_come_and_go),
-        cmocka_unit_test(no_room_is_said),         cmocka_unit_test(neighbours_are_not_passed),
-        cmocka_unit_test(points_are_hit),          cmocka_unit_test(ranges_are_stretched),
+        cmocka_unit_test(places_and_values),
+        cmocka_unit_test(values_as_large_as_they_get),
+        cmocka_unit_test(steps_beside_a_value),
+        cmocka_unit_test(zoom_and_pan),
+        cmocka_unit_test(round_values),
+        cmocka_unit_test(values_of_a_curve),
+        cmocka_unit_test(points_come_and_go),
+        cmocka_unit_test(no_room_is_said),
+        cmocka_unit_test(neighbours_are_not_passed),
+        cmocka_unit_test(points_are_hit),
+        cmocka_unit_test(ranges_are_stretched),
         cmocka_unit_test(fewer_points_stay_close),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

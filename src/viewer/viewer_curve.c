@@ -9,6 +9,8 @@
 
 /* Where values stand that a logarithmic axis does not have, in lengths of it. */
 static const double FAR_LEFT = -1e3;
+/* The least length of an axis, of the larger of its ends: numbers on it differ in six digits. */
+static const double AXIS_LEAST = 1e-7;
 
 /* ---- the axis ---- */
 
@@ -52,6 +54,31 @@ double viewer_axis_round(const viewer_axis *axis, double value)
     const double rounded = exponent < 0 ? round(value * unit) / unit : round(value / unit) * unit;
     if (!isfinite(rounded)) return value;
     return fmin(fmax(rounded, axis->range[0]), axis->range[1]);
+}
+
+/* Takes over ends that have digits between them. */
+static void take_ends(viewer_axis *axis, double low, double high)
+{
+    if (!(high - low > fmax(fabs(low), fabs(high)) * AXIS_LEAST)) return;
+    axis->range[0] = low;
+    axis->range[1] = high;
+}
+
+void viewer_axis_zoom(viewer_axis *axis, const double all[2], double factor, double px)
+{
+    const double low = viewer_axis_value(axis, px - (px - axis->start_px) * factor);
+    const double end_px = axis->start_px + axis->length_px;
+    const double high = viewer_axis_value(axis, px + (end_px - px) * factor);
+    take_ends(axis, fmax(low, all[0]), fmin(high, all[1]));
+}
+
+void viewer_axis_pan(viewer_axis *axis, const double all[2], double by_px)
+{
+    const double left = axis->start_px, right = left + axis->length_px;
+    double move = -by_px; /* of the ends */
+    move = fmax(move, fmin(viewer_axis_px(axis, all[0]) - left, 0));
+    move = fmin(move, fmax(viewer_axis_px(axis, all[1]) - right, 0));
+    take_ends(axis, viewer_axis_value(axis, left + move), viewer_axis_value(axis, right + move));
 }
 
 /* ---- rows ---- */

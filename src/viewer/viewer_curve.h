@@ -21,6 +21,12 @@ double viewer_axis_beside(const viewer_axis *axis, double value, double step_px)
  * axis. */
 double viewer_axis_round(const viewer_axis *axis, double value);
 
+/* Shows factor times as much of the axis (below 1: nearer); the value at px stays there as long as
+ * the ends stay within all. Nothing happens where numbers have no digits for it. */
+void viewer_axis_zoom(viewer_axis *axis, const double all[2], double factor, double px);
+/* Moves what is seen: the value at px comes to px + by_px, as far as the ends stay within all. */
+void viewer_axis_pan(viewer_axis *axis, const double all[2], double by_px);
+
 enum { VIEWER_CURVE_POINTS_MAX = 1024, VIEWER_CURVE_WIDTH_MAX = 4 };
 /* No point. */
 #define VIEWER_CURVE_NONE ((size_t)-1)

@@ -50,6 +50,18 @@ bool viewer_channel_range(const viewer *v, const viewer_histogram *histogram, do
     return values || histogram->is_there;
 }
 
+void viewer_colors_take(viewer_curve *curve, const tl_color_point *colors, size_t count)
+{
+    curve->width = 4;
+    curve->count = 0;
+    while (curve->count < count && curve->count < VIEWER_CURVE_POINTS_MAX) {
+        const tl_color_point *from = &colors[curve->count];
+        double *row = viewer_curve_row(curve, curve->count++);
+        row[0] = from->value;
+        memcpy(row + 1, from->rgb, sizeof from->rgb);
+    }
+}
+
 /* ---- ink ---- */
 
 viewer_ink viewer_ink_of(GtkWidget *widget)

@@ -25,6 +25,9 @@ void viewer_histogram_fit(const viewer_histogram *histogram, const double range[
  * known yet. */
 bool viewer_channel_range(const viewer *v, const viewer_histogram *histogram, double range[2]);
 
+/* Makes a curve of colours [count], as many as there is room for. */
+void viewer_colors_take(viewer_curve *curve, const tl_color_point *colors, size_t count);
+
 /* What an area is painted with. */
 typedef struct viewer_ink {
     GdkRGBA text; /* of the widget's style */

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "viewer_histogram.h"
 #include "viewer_widgets.h"
+#include "viewer_zoom.h"
 
 enum { MARGIN = 9, TOP = 12, PLOT = 64, LEVELS_MAX = 2 };
 static const double REACH_PX = 7, KEY_PX = 1, KEY_FAR = 10, KNOB_RADIUS = 5;
@@ -17,6 +17,7 @@ struct viewer_levels {
     tl_node node;
     viewer_histogram histogram;
     viewer_axis axis;
+    viewer_zoom zoom;
     double range[2];
     int held; /* which value is dragged, or has the keys */
     bool is_dragging;
@@ -66,15 +67,17 @@ static bool is_of_channel(const viewer_levels *l, tl_node node)
 
 /* ---- painting ---- */
 
+/* One that is held and not seen has its knob at the end where it is. */
 static void paint_level(const viewer_levels *l, cairo_t *cr, const viewer_ink *ink, double value,
                         bool is_held, double opacity)
 {
-    const double x = viewer_axis_px(&l->axis, value);
-    if (x < 0 || x > l->axis.length_px + 2 * MARGIN) return;
+    const double at = viewer_axis_px(&l->axis, value), right = l->axis.length_px + 2 * MARGIN;
+    const double x = is_held ? fmin(fmax(at, KNOB_RADIUS), right - KNOB_RADIUS) : at;
+    if (x < 0 || x > right) return;
     viewer_ink_set(cr, ink, opacity);
     cairo_set_line_width(cr, is_held ? 2 : 1);
     cairo_move_to(cr, is_held ? x : viewer_ink_snap(ink, x), TOP - 4);
-    cairo_rel_line_to(cr, 0, PLOT + 4);
+    if (at >= 0 && at <= right) cairo_rel_line_to(cr, 0, PLOT + 4);
     cairo_stroke(cr);
     if (!is_held) return;
     cairo_arc(cr, x, TOP - 4, KNOB_RADIUS, 0, 2 * G_PI);
@@ -163,8 +166,10 @@ static void drag_to(viewer_levels *l, double x)
 
 static void drag_begin(GtkGestureDrag *drag, double x, double y, viewer_levels *l)
 {
-    (void)drag;
-    (void)y;
+    if (y >= l->zoom.top) { /* the numbers are the zoom's */
+        gtk_gesture_set_state(GTK_GESTURE(drag), GTK_EVENT_SEQUENCE_DENIED);
+        return;
+    }
     gtk_widget_grab_focus(l->area);
     const tl_node other = other_surface(l, x);
     if (other) { /* the panel comes back with it */
@@ -223,7 +228,6 @@ static void add_hands(viewer_levels *l)
     gtk_widget_add_controller(l->area, keys);
     gtk_widget_set_focusable(l->area, TRUE);
     gtk_widget_set_cursor_from_name(l->area, "ew-resize");
-    gtk_widget_set_tooltip_text(l->area, "Drag to change the value");
     gtk_accessible_update_property(GTK_ACCESSIBLE(l->area), GTK_ACCESSIBLE_PROPERTY_LABEL, "Value",
                                    -1);
 }
@@ -270,6 +274,22 @@ static void show_entries(viewer_levels *l)
     }
 }
 
+/* Values are seen, where the wheel has not gone nearer. */
+static void fit_axis(viewer_levels *l)
+{
+    viewer_axis fit = l->axis;
+    viewer_histogram_fit(&l->histogram, l->range, &fit);
+    for (int i = 0; i < level_count(l); i++) {
+        tl_value value;
+        if (tl_scene_get(l->v->ctx, l->v->scene, l->node, prop_of(l, i), &value) || !value.count)
+            continue;
+        fit.range[0] = fmin(fit.range[0], value.reals[0]);
+        fit.range[1] = fmax(fit.range[1], value.reals[0]);
+        fit.logarithmic = fit.logarithmic && fit.range[0] > 0;
+    }
+    viewer_zoom_fit(&l->zoom, &fit, &l->histogram);
+}
+
 void viewer_levels_show(viewer_levels *l, tl_node node)
 {
     const tl_scene *scene = l->v->scene;
@@ -280,19 +300,14 @@ void viewer_levels_show(viewer_levels *l, tl_node node)
     l->node = has ? node : 0;
     if (!has) return;
     const tl_node transfer = tl_scene_transfer_of(scene, channel);
+    if (strcmp(channel, l->histogram.channel) != 0) l->zoom.is_on = false;
     viewer_histogram_take(l->v, &l->histogram, channel,
                           transfer && tl_scene_flag(scene, transfer, "logarithmic"));
     if (!viewer_channel_range(l->v, &l->histogram, l->range)) {
         l->range[0] = 0;
         l->range[1] = 1;
     }
-    if (!l->is_dragging) viewer_histogram_fit(&l->histogram, l->range, &l->axis);
-    for (int i = 0; i < level_count(l) && !l->is_dragging; i++) {
-        const double value = level_of(l, node, prop_of(l, i));
-        l->axis.range[0] = fmin(l->axis.range[0], value);
-        l->axis.range[1] = fmax(l->axis.range[1], value);
-        l->axis.logarithmic = l->axis.logarithmic && l->axis.range[0] > 0;
-    }
+    if (!l->is_dragging) fit_axis(l);
     show_entries(l);
     gtk_widget_queue_draw(l->area);
 }
@@ -307,6 +322,7 @@ viewer_levels *viewer_levels_create(viewer *v)
     gtk_drawing_area_set_content_height(GTK_DRAWING_AREA(l->area), TOP + PLOT + VIEWER_AXIS_HEIGHT);
     gtk_drawing_area_set_draw_func(GTK_DRAWING_AREA(l->area), paint, l, NULL);
     gtk_widget_set_name(l->area, "value");
+    viewer_zoom_create(&l->zoom, l->area, &l->axis, TOP + PLOT + 2);
     add_hands(l);
     l->row_label = viewer_row_label("Value");
     l->entries[0] = viewer_entry_create(8, commit_first, l);
@@ -318,7 +334,7 @@ viewer_levels *viewer_levels_create(viewer *v)
         gtk_box_append(GTK_BOX(row), l->entries[i]);
     }
     l->error = viewer_error_line();
-    gtk_box_append(GTK_BOX(l->box), l->area);
+    gtk_box_append(GTK_BOX(l->box), l->zoom.box);
     gtk_box_append(GTK_BOX(l->box), row);
     gtk_box_append(GTK_BOX(l->box), l->error);
     g_object_set_data_full(G_OBJECT(l->box), "tetralod-levels", l, g_free);

@@ -89,14 +89,15 @@ static void take_opacities(viewer_points *points, tl_node node)
 /* What is seen: also points far from the range. */
 static void take_axis(viewer_points *points)
 {
-    double *seen = points->axis.range;
-    viewer_histogram_fit(&points->histogram, points->range, &points->axis);
+    viewer_axis fit = points->axis;
+    viewer_histogram_fit(&points->histogram, points->range, &fit);
     if (points->own_opacities && points->has_opacities) {
         const size_t last = points->opacities.count - 1;
-        seen[0] = fmin(seen[0], viewer_curve_row(&points->opacities, 0)[0]);
-        seen[1] = fmax(seen[1], viewer_curve_row(&points->opacities, last)[0]);
+        fit.range[0] = fmin(fit.range[0], viewer_curve_row(&points->opacities, 0)[0]);
+        fit.range[1] = fmax(fit.range[1], viewer_curve_row(&points->opacities, last)[0]);
     }
-    points->axis.logarithmic = points->axis.logarithmic && seen[0] > 0;
+    fit.logarithmic = fit.logarithmic && fit.range[0] > 0;
+    viewer_zoom_fit(&points->zoom, &fit, &points->histogram);
 }
 
 static bool has_volume(const viewer_points *points)
@@ -116,6 +117,7 @@ void viewer_points_show(viewer_points *points, const char *channel)
         g_strlcpy(points->channel, channel, sizeof points->channel);
         points->part = VIEWER_PART_NONE;
         points->is_dragging = false;
+        points->zoom.is_on = false;
     }
     const tl_node node = node_of(points);
     points->logarithmic = node && tl_scene_flag(points->v->scene, node, "logarithmic");
@@ -302,11 +304,13 @@ static void paint(GtkDrawingArea *area, cairo_t *cr, int width, int height, gpoi
     viewer_points_paint(user, cr, width);
 }
 
-viewer_points *viewer_points_create(viewer *v, void (*selected)(void *user), void *user)
+viewer_points *viewer_points_create(viewer *v, void (*selected)(void *user),
+                                    void (*exact)(void *user), void *user)
 {
     viewer_points *points = g_new0(viewer_points, 1);
     points->v = v;
     points->selected = selected;
+    points->exact = exact;
     points->user = user;
     points->logarithmic_counts = true;
     points->area = gtk_drawing_area_new();
@@ -315,6 +319,7 @@ viewer_points *viewer_points_create(viewer *v, void (*selected)(void *user), voi
     gtk_drawing_area_set_draw_func(GTK_DRAWING_AREA(points->area), paint, points, NULL);
     g_object_set_data_full(G_OBJECT(points->area), "tetralod-points", points, g_free);
     gtk_widget_set_name(points->area, "points");
+    viewer_zoom_create(&points->zoom, points->area, &points->axis, VIEWER_NUMBERS_TOP);
     viewer_points_add_hands(points);
     return points;
 }

@@ -4,7 +4,7 @@
 #define TETRALOD_VIEWER_POINTS_H
 
 #include "viewer_curve.h"
-#include "viewer_histogram.h"
+#include "viewer_zoom.h"
 
 /* What a pointer or the keys take hold of. */
 typedef enum viewer_part {
@@ -17,6 +17,7 @@ typedef struct viewer_points {
     viewer *v;
     GtkWidget *area;
     void (*selected)(void *user); /* another point, or another value of it */
+    void (*exact)(void *user);    /* a double click on a point: its numbers are asked for */
     void *user;
 
     char channel[TL_SCENE_TEXT_BYTES]; /* "": none */
@@ -26,6 +27,7 @@ typedef struct viewer_points {
     bool logarithmic;   /* the scale of values */
     double range[2];    /* ends of the colours */
     viewer_axis axis;
+    viewer_zoom zoom;               /* its box holds the area */
     viewer_curve opacities, colors; /* as they are drawn */
     viewer_curve handles;           /* points of the line that can be held: few */
     bool own_opacities, own_colors; /* they stand in the scene: not from histogram and map */
@@ -33,6 +35,7 @@ typedef struct viewer_points {
     viewer_part part; /* what is selected, and which point of it */
     size_t point;
     bool is_dragging;
+    bool is_new;           /* the double click has made the point that it is on */
     bool is_out;           /* the point is dragged out: gone when it is let go there */
     viewer_part held_part; /* it, to come back */
     double held_value, held_numbers[3];
@@ -41,7 +44,8 @@ typedef struct viewer_points {
 } viewer_points;
 
 /* Makes the area, which it lives as long as. selected may be called at any change. */
-viewer_points *viewer_points_create(viewer *v, void (*selected)(void *user), void *user);
+viewer_points *viewer_points_create(viewer *v, void (*selected)(void *user),
+                                    void (*exact)(void *user), void *user);
 /* Shows what scene and picture say of a channel; "": of none. */
 void viewer_points_show(viewer_points *points, const char *channel);
 
@@ -78,9 +82,13 @@ enum {
     VIEWER_STRIP_TOP = 118,
     VIEWER_STRIP_HEIGHT = 18,
     VIEWER_HANDLE_HEIGHT = 9,
+    VIEWER_NUMBERS_TOP = VIEWER_STRIP_TOP + VIEWER_STRIP_HEIGHT + VIEWER_HANDLE_HEIGHT + 2,
     VIEWER_POINTS_HEIGHT = 172,
     VIEWER_POINTS_MARGIN = 9 /* left and right of the axis */
 };
+/* Where the marker of colour point i stands: the two ends of the range stay in the area when they
+ * are not seen, so that they can be held. */
+double viewer_points_marker_px(const viewer_points *points, size_t i);
 void viewer_points_paint(viewer_points *points, cairo_t *cr, double width);
 
 /* ---- for hands (viewer_points_hand.c) ---- */

@@ -7,6 +7,7 @@
 /* Pixels: how near a point is taken hold of, and how far outside it is let go. */
 static const double REACH_PX = 11, OUT_PX = 28;
 /* Steps of the keys: pixels along the axis, opacity; with Shift so many times as far. */
+static const double OPACITY_STEPS = 100; /* a pixel of the plot is about one */
 static const double KEY_PX = 1, KEY_OPACITY = 0.01, KEY_FAR = 10;
 
 /* ---- places ---- */
@@ -20,17 +21,21 @@ static bool is_in_strip(double y)
 static size_t hit_color(const viewer_points *points, const double px[2])
 {
     const viewer_curve *colors = &points->colors;
-    if (points->own_colors) return viewer_curve_hit(colors, &points->axis, 0, 0, px, REACH_PX);
-    for (size_t i = 0; colors->count && i < 2; i++) {
-        const size_t end = i ? colors->count - 1 : 0;
-        const double x = viewer_axis_px(&points->axis, viewer_curve_row_const(colors, end)[0]);
-        if (fabs(x - px[0]) <= REACH_PX) return end;
+    const size_t last = colors->count - 1;
+    size_t nearest = VIEWER_CURVE_NONE;
+    double reach = REACH_PX;
+    for (size_t i = 0; i < colors->count; i++) {
+        const double away = fabs(viewer_points_marker_px(points, i) - px[0]);
+        if ((!points->own_colors && i && i < last) || away > reach) continue;
+        nearest = i;
+        reach = away;
     }
-    return VIEWER_CURVE_NONE;
+    return nearest;
 }
 
 static viewer_part hit(const viewer_points *points, const double px[2], size_t *point)
 {
+    if (px[1] >= VIEWER_NUMBERS_TOP) return VIEWER_PART_NONE; /* the zoom's */
     if (is_in_strip(px[1])) {
         *point = hit_color(points, px);
         return *point == VIEWER_CURVE_NONE ? VIEWER_PART_NONE : VIEWER_PART_COLOR;
@@ -50,7 +55,7 @@ static double value_at(const viewer_points *points, double x)
 static double opacity_at(double y)
 {
     const double opacity = (VIEWER_PLOT_TOP + VIEWER_PLOT_HEIGHT - y) / VIEWER_PLOT_HEIGHT;
-    return round(fmin(fmax(opacity, 0), 1) * VIEWER_PLOT_HEIGHT) / VIEWER_PLOT_HEIGHT;
+    return round(fmin(fmax(opacity, 0), 1) * OPACITY_STEPS) / OPACITY_STEPS;
 }
 
 /* ---- the pointer ---- */
@@ -65,10 +70,13 @@ static void select_point(viewer_points *points, viewer_part part, size_t point)
 
 static void drag_begin(GtkGestureDrag *drag, double x, double y, viewer_points *points)
 {
-    (void)drag;
     const double px[2] = {x, y};
     double value, numbers[3];
     size_t point;
+    if (y >= VIEWER_NUMBERS_TOP) {
+        gtk_gesture_set_state(GTK_GESTURE(drag), GTK_EVENT_SEQUENCE_DENIED);
+        return;
+    }
     gtk_widget_grab_focus(points->area);
     const viewer_part part = hit(points, px, &point);
     select_point(points, part, point);
@@ -79,7 +87,9 @@ static void drag_begin(GtkGestureDrag *drag, double x, double y, viewer_points *
     points->start[0] = x;
     points->start[1] = y;
     /* the point follows from where it was held, without a jump */
-    points->offset[0] = viewer_axis_px(&points->axis, value) - x;
+    points->offset[0] = (part == VIEWER_PART_COLOR ? viewer_points_marker_px(points, point)
+                                                   : viewer_axis_px(&points->axis, value)) -
+                        x;
     points->offset[1] = VIEWER_PLOT_TOP + VIEWER_PLOT_HEIGHT - numbers[0] * VIEWER_PLOT_HEIGHT - y;
     viewer_begin_gesture(points->v);
 }
@@ -135,12 +145,25 @@ static void clicked(GtkGestureClick *click, int presses, double x, double y, vie
     const double px[2] = {x, y}, opacity = opacity_at(y);
     size_t point;
     const viewer_part part = is_in_strip(y) ? VIEWER_PART_COLOR : VIEWER_PART_OPACITY;
-    if (presses != 2 || (part == VIEWER_PART_OPACITY && !points->has_opacities)) return;
-    if (hit(points, px, &point)) return;
+    if (presses != 2 || y >= VIEWER_NUMBERS_TOP ||
+        (part == VIEWER_PART_OPACITY && !points->has_opacities))
+        return;
+    points->is_new = !hit(points, px, &point);
+    if (!points->is_new) return;
     tl_scene_seal(points->v->scene);
     viewer_points_add(points, part, value_at(points, x));
     if (part == VIEWER_PART_OPACITY) viewer_points_set(points, value_at(points, x), &opacity);
     tl_scene_seal(points->v->scene);
+}
+
+/* Once the button is up, so that a dialog does not take the end of the drag away. */
+static void released(GtkGestureClick *click, int presses, double x, double y, viewer_points *points)
+{
+    (void)click;
+    const double px[2] = {x, y};
+    size_t point;
+    if (presses != 2) points->is_new = false;
+    if (presses == 2 && !points->is_new && hit(points, px, &point)) points->exact(points->user);
 }
 
 static void moved(GtkEventControllerMotion *motion, double x, double y, viewer_points *points)
@@ -243,6 +266,7 @@ void viewer_points_add_hands(viewer_points *points)
     g_signal_connect(drag, "drag-update", G_CALLBACK(drag_update), points);
     g_signal_connect(drag, "drag-end", G_CALLBACK(drag_end), points);
     g_signal_connect(click, "pressed", G_CALLBACK(clicked), points);
+    g_signal_connect(click, "released", G_CALLBACK(released), points);
     g_signal_connect(motion, "motion", G_CALLBACK(moved), points);
     g_signal_connect(keys, "key-pressed", G_CALLBACK(key_pressed), points);
     g_signal_connect_swapped(focus, "leave", G_CALLBACK(focus_left), points);

@@ -93,6 +93,14 @@ static void paint_opacity_points(viewer_points *points, cairo_t *cr, const viewe
     }
 }
 
+double viewer_points_marker_px(const viewer_points *points, size_t i)
+{
+    const double x = viewer_axis_px(&points->axis, viewer_curve_row_const(&points->colors, i)[0]);
+    const double right = 2 * points->axis.start_px + points->axis.length_px - HANDLE_WIDTH;
+    if (i && i + 1 < points->colors.count) return x;
+    return fmin(fmax(x, HANDLE_WIDTH), right);
+}
+
 static void paint_color_points(viewer_points *points, cairo_t *cr, const viewer_ink *ink)
 {
     const double top = VIEWER_STRIP_TOP + VIEWER_STRIP_HEIGHT - 2;
@@ -101,7 +109,7 @@ static void paint_color_points(viewer_points *points, cairo_t *cr, const viewer_
         if (!points->own_colors && i && i + 1 < points->colors.count) continue;
         const bool selected = is_selected(points, VIEWER_PART_COLOR, i);
         const double half = selected ? SELECTED_WIDTH : HANDLE_WIDTH;
-        const double x = viewer_axis_px(&points->axis, row[0]);
+        const double x = viewer_points_marker_px(points, i);
         if (x < 0 || x > points->axis.start_px * 2 + points->axis.length_px) continue;
         cairo_new_path(cr);
         cairo_move_to(cr, x, top - 3);
@@ -132,6 +140,5 @@ void viewer_points_paint(viewer_points *points, cairo_t *cr, double width)
     paint_line(points, cr, &ink);
     paint_opacity_points(points, cr, &ink);
     paint_color_points(points, cr, &ink);
-    viewer_axis_paint(points->area, cr, &ink, &points->axis,
-                      VIEWER_STRIP_TOP + VIEWER_STRIP_HEIGHT + VIEWER_HANDLE_HEIGHT + 2);
+    viewer_axis_paint(points->area, cr, &ink, &points->axis, VIEWER_NUMBERS_TOP);
 }

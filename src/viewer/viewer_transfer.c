@@ -11,7 +11,7 @@
 
 enum { SWATCH_WIDTH = 72, SWATCH_HEIGHT = 14, NAME_CHARS = 11 };
 enum { ROUND_PX = 1000 };
-static const char HINT[] = "Double-click adds a point";
+static const char HINT[] = "Double click adds one";
 static const char BY_HAND[] = "by hand";
 
 struct viewer_transfer {
@@ -47,6 +47,14 @@ static void set_text(viewer_transfer *t, const char *prop, const char *text)
 
 /* ---- the selected point ---- */
 
+/* As exact as an eye can tell; what is written is taken as it is. */
+static void show_opacity(viewer_transfer *t, double opacity)
+{
+    char text[VIEWER_NUMBER_BYTES];
+    g_ascii_formatd(text, sizeof text, "%.3g", opacity);
+    viewer_entry_show(t->opacity, text);
+}
+
 static void point_selected(void *user)
 {
     viewer_transfer *t = user;
@@ -62,11 +70,21 @@ static void point_selected(void *user)
     gtk_widget_set_sensitive(t->remove, viewer_points_is_removable(t->points));
     if (!any) return;
     viewer_entry_show_number(t->value, value);
-    if (!is_color) viewer_entry_show_number(t->opacity, numbers[0]);
+    if (!is_color) show_opacity(t, numbers[0]);
     if (is_color) {
         const GdkRGBA rgba = {(float)numbers[0], (float)numbers[1], (float)numbers[2], 1};
         gtk_color_chooser_set_rgba(GTK_COLOR_CHOOSER(t->color), &rgba);
     }
+}
+
+/* What a double click on a point asks for: its colour, else its value. */
+static void point_exact(void *user)
+{
+    viewer_transfer *t = user;
+    if (t->points->part == VIEWER_PART_COLOR && t->points->own_colors)
+        g_signal_emit_by_name(t->color, "activate");
+    else
+        gtk_widget_grab_focus(t->value);
 }
 
 static bool commit_point(void *user)
@@ -137,12 +155,7 @@ static GdkTexture *swatch_of(const char *name)
     const tl_color_point *map = tl_colormap(name, &count);
     viewer_curve *curve = g_new0(viewer_curve, 1);
     guchar *pixels = g_malloc((gsize)3 * SWATCH_WIDTH * SWATCH_HEIGHT), *p = pixels;
-    curve->width = 4;
-    for (size_t i = 0; map && i < count && i < VIEWER_CURVE_POINTS_MAX; i++) {
-        double *row = viewer_curve_row(curve, curve->count++);
-        row[0] = map[i].value;
-        memcpy(row + 1, map[i].rgb, sizeof map[i].rgb);
-    }
+    viewer_colors_take(curve, map, map ? count : 0);
     for (int y = 0; y < SWATCH_HEIGHT; y++)
         for (int x = 0; x < SWATCH_WIDTH; x++) {
             double rgb[3];
@@ -537,9 +550,9 @@ viewer_transfer *viewer_transfer_create(viewer *v)
     t->v = v;
     t->box = gtk_box_new(GTK_ORIENTATION_VERTICAL, 4);
     gtk_widget_add_css_class(t->box, "section");
-    t->points = viewer_points_create(v, point_selected, t);
+    t->points = viewer_points_create(v, point_selected, point_exact, t);
     gtk_box_append(GTK_BOX(t->box), heading_row(t));
-    gtk_box_append(GTK_BOX(t->box), t->points->area);
+    gtk_box_append(GTK_BOX(t->box), t->points->zoom.box);
     gtk_box_append(GTK_BOX(t->box), point_row(t));
     gtk_box_append(GTK_BOX(t->box), map_row(t));
     gtk_box_append(GTK_BOX(t->box), range_row(t));
