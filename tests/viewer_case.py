@@ -133,11 +133,11 @@ class HandsTest(ViewerTest):
         time.sleep(0.03)
 
     def drag(self, start, end, button=1):
-        self.move(start)
-        self.display.tool("mousedown", button)
+        """One run of xdotool, so that a busy machine does not make a long press of it."""
+        words = ["mousemove", "--window", self.window, *map(round, start), "sleep", 0.03, "mousedown", button]
         for part in (0.3, 0.6, 0.9, 1, 1):
-            self.move([a + part * (b - a) for a, b in zip(start, end)])
-        self.display.tool("mouseup", button)
+            words += ["sleep", 0.03, "mousemove", "--window", self.window, *(round(a + part * (b - a)) for a, b in zip(start, end))]
+        self.display.tool(*words, "sleep", 0.03, "mouseup", button)
 
     def part(self, x, y):
         """Pixels of a place of the view, given as parts of its width and height."""
@@ -147,6 +147,11 @@ class HandsTest(ViewerTest):
     def click(self, place, presses=1):
         self.move(place)
         self.display.tool("click", "--repeat", presses, "--delay", 40, 1)
+
+    def wheel(self, place, steps):
+        """Above 0: away from the hand."""
+        self.move(place)
+        self.display.tool("click", "--repeat", abs(steps), "--delay", 40, 4 if steps > 0 else 5)
 
     def key(self, *keys):
         self.display.tool("key", "--delay", 40, *keys)

@@ -1,10 +1,13 @@
 """The panels of the viewer, by real events of pointer and keys: values dragged on histograms, control points of
 transfer functions, maps, the list of what is shown, the level of detail. Each drag is one step of undo."""
 
+import json
 import time
 import unittest
 
+from render_test import pixels
 from viewer_case import HandsTest
+from viewer_display import Display
 
 
 class Values(HandsTest):
@@ -28,6 +31,20 @@ class Values(HandsTest):
                                                (keys, ["surface1.value"])))
         self.assertLess(low, high)
         self.assertLess(high, keyed)
+
+    def test_wheel_zooms_about_the_pointer(self):
+        """What is at the pointer stays, what is beside it is nearer; a double click on the numbers shows all again."""
+        held, beside = self.place_of_value(150), self.place_of_value(200)
+        at, away, again, near, back = map(float, self.act(
+            (lambda: self.click(held()), ["surface1.value"]), (lambda: self.click(beside()), ["surface1.value"]),
+            (lambda: (self.wheel(held(), 5), self.click(held())), ["surface1.value"]), (lambda: self.click(beside()), ["surface1.value"]),
+            (lambda: (self.click(self.place("value", 150, -6), presses=2), self.click(beside())), ["surface1.value"])))
+        self.assertAlmostEqual(again, at, delta=0.02 * abs(away - at))
+        self.assertAlmostEqual((near - again) / (away - at), 0.8 ** 5, delta=0.05)
+        self.assertAlmostEqual(back, away, delta=0.02 * abs(away - at))
+
+    def place_of_value(self, x):
+        return lambda: self.place("value", x, 40)
 
     def test_words_that_are_wrong_and_right(self):
         wrong, right = self.act((lambda: self.type("value-entry", "much"), ["surface1.value"]),
@@ -93,6 +110,34 @@ class Colours(HandsTest):
         self.assertEqual(high, 0.1)
         self.assertGreaterEqual(len(self.rows(colors)), 3)
 
+    def test_end_of_the_range_is_held_when_it_is_not_seen(self):
+        def zoom():
+            self.wheel(self.place("points", 0.5 * self.places["points"][2], 60), 8)
+
+        def drag():  # its marker stands at the left end
+            self.drag(self.place("points", 6, 140), self.place("points", 60, 140))
+        before, after = self.act((zoom, ["transfer1.range"]), (drag, ["transfer1.range"]))
+        before, after = ([float(word) for word in text.replace(",", " ").split()] for text in (before, after))
+        self.assertEqual(before, [-0.1, 0.1])
+        self.assertEqual(after[1], 0.1)
+        self.assertTrue(-0.05 < after[0] < 0.05, after)
+
+    def test_double_click_asks_for_exact_numbers(self):
+        def value():  # of the point at the right end of the line, above the end of the range
+            left, right = self.place("points", 9, 0), self.place("points", -9, 0)
+            self.click((left[0] + (right[0] - left[0]) * 1.3 / 1.6, left[1] + 8), presses=2)
+            self.key("0", "period", "0", "8", "7", "5", "Return")
+
+        def color():
+            left, right = self.place("points", 9, 0), self.place("points", -9, 0)
+            self.click((left[0] + (right[0] - left[0]) * 1.3 / 1.6, left[1] + 140), presses=2)
+            time.sleep(1)
+            self.windows = self.display.tool("search", "--all", "--onlyvisible", "--pid", self.viewer.child.pid, "--name", "Pick").split()
+            self.key("Escape")
+        rows, _ = self.act((value, ["transfer1.opacities", "set transfer1.colors \"-0.1,0,0,1 0.1,1,0,0\"", "wait settled"]), (color, ["transfer1.colors"]))
+        self.assertEqual(self.rows(rows)[-1][0], 0.0875)
+        self.assertEqual(len(self.windows), 1)
+
     def test_map_and_range_are_chosen(self):
         def choose():
             self.click(self.place("map", 40, 12))
@@ -106,7 +151,7 @@ class Colours(HandsTest):
 
 
 class Things(HandsTest):
-    CONTROLS = ["add", "volume1", "remove", "error_px-slider", "error_px"]
+    CONTROLS = ["add", "volume1", "remove", "add-surface"]
 
     def test_add_and_remove(self):
         def add():
@@ -121,22 +166,175 @@ class Things(HandsTest):
         self.assertEqual(channel, "pressure")
         self.assertTrue(-1 < float(value) < 1)
 
+    def test_isosurfaces_are_one_click_each(self):
+        def add():
+            for _ in range(3):
+                self.click(self.place("add-surface", 20, 12))
+                time.sleep(1.5)  # the picture says which values are free
+        *values, first, third = self.act((add, ["surface1.value", "surface2.value", "surface3.value", "surface1.opacity", "surface3.opacity"]))
+        self.assertEqual(len(set(values)), 3, values)
+        self.assertEqual(float(first), 1)
+        self.assertLess(float(third), 1)  # what is inside of it is seen
+
+    def test_rows_are_dragged(self):
+        names = ["new surface", "wait settled", "new slice", "wait settled", "where surface1", "where slice1"]
+
+        def order(name):
+            with open(self.at(name), encoding="utf-8") as f:
+                return [thing["name"] for thing in json.load(f)["things"] if thing["kind"] != "transfer"]
+        self.act((lambda: None, names),
+                 (lambda: self.drag(self.place("slice1", 100, 12), self.place("volume1", 100, 4)), ["save-scene " + self.at("up.json")]),
+                 (lambda: self.drag(self.place("volume1", 100, 12), self.place("slice1", 100, -3)), ["save-scene " + self.at("down.json"), "undo", "undo",
+                                                                                                "save-scene " + self.at("back.json")]))
+        self.assertEqual(order("up.json"), ["slice1", "volume1", "surface1"])
+        self.assertEqual(order("down.json"), ["volume1", "surface1", "slice1"])
+        self.assertEqual(order("back.json"), ["volume1", "surface1", "slice1"])
+
     def test_eye(self):
         hidden, shown = self.act((lambda: self.click(self.place("volume1", 18, 13)), ["volume1.visible", "undo", "volume1.visible"]))
         self.assertEqual([hidden, shown], ["off", "on"])
 
-    def test_error(self):
-        def drag():
-            self.drag(self.place("error_px-slider", 20, 10), self.place("error_px-slider", -12, 10))
-        error, before, typed = self.act((drag, ["detail.error_px", "undo", "detail.error_px"]),
-                                        (lambda: self.type("error_px", "2.5"), ["detail.error_px"]))
-        self.assertGreater(float(error), 8)
-        self.assertEqual(float(before), 1)
-        self.assertEqual(float(typed), 2.5)
+    def test_all_is_in_view_at_first(self):
+        """The camera that was chosen while the window took its size is that of the window."""
+        for size in (self.SIZE, "800x600"):
+            said, _ = self.play(["wait settled", "get camera.position", "fit", "wait settled", "get camera.position"], self.model, "--size", size)
+            first, fitted = ([float(word) for word in line.split()[2:]] for line in said)
+            for a, b in zip(first, fitted):
+                self.assertAlmostEqual(a, b, delta=1e-6)
 
     def test_each_kind_shows_something(self):
         kinds = ["surface", "slice", "boundary", "edges", "silhouettes", "points", "lines", "clip", "threshold", "derive", "volume"]
         self.play([line for kind in kinds for line in ("new " + kind, "wait settled")], self.model, "--size", self.SIZE)
+
+
+class Detail(HandsTest):
+    CONTROLS = ["error_px-slider", "error_px", "detail-more"]
+    ASKED = ["detail.full", "detail.error_px"]
+
+    def asked(self, *rounds):
+        answers = self.act(*((events, [*self.ASKED, *more]) for events, *more in rounds))
+        return list(zip(answers[::2], answers[1::2]))
+
+    def test_slider(self):
+        """The fine end is the exact mesh, the coarse one many pixels; a drag is one step."""
+        def fine():
+            self.drag(self.place("error_px-slider", 60, 8), self.place("error_px-slider", 4, 8))
+
+        def coarse():
+            self.drag(self.place("error_px-slider", 12, 8), self.place("error_px-slider", -8, 8))
+        finest, before, coarsest, again = self.asked((fine, "undo", *self.ASKED), (coarse, "undo", *self.ASKED))
+        self.assertEqual(finest[0], "on")
+        self.assertEqual(before, ("off", "1"))
+        self.assertEqual(coarsest[0], "off")
+        self.assertGreater(float(coarsest[1]), 30)
+        self.assertEqual(again, ("off", "1"))
+
+    def test_words(self):
+        exact, some, none, zero = self.asked((lambda: self.type("error_px", "exact"),), (lambda: self.type("error_px", "2.5"),),
+                                             (lambda: self.type("error_px", "much"),), (lambda: self.type("error_px", "0"),))
+        self.assertEqual(exact[0], "on")
+        self.assertEqual(some, ("off", "2.5"))
+        self.assertEqual(none, some)
+        self.assertEqual(zero[0], "on")
+
+    def test_no_bound_is_a_switch(self):
+        opened, none, again = self.asked((lambda: self.click(self.place("detail-more", 20, 10)), "where no-bound"),
+                                         (lambda: self.click(self.place("no-bound", 10, 10)),), (lambda: self.click(self.place("no-bound", 10, 10)),))
+        self.assertEqual(opened, ("off", "1"))
+        self.assertEqual(none, ("off", "0"))
+        self.assertEqual(again, ("off", "1"))
+
+    def figures(self, said):
+        return dict(line.split(" ", 2)[1:] for line in said if line.startswith("figure "))
+
+    def test_figures_say_that_they_pass(self):
+        """What is asked for is not on the screen yet: they belong to the past, and the window says so."""
+        coarse, passing, fine = "coarse", "passing", "fine"
+        lines = []
+        for name, before in ((coarse, ["set detail.tets 5000", "wait settled"]), (passing, ["set detail.tets 0"]), (fine, ["wait settled"])):
+            lines += [*before, "print " + name, "figures"]
+        said, _ = self.play(["wait settled", *lines], self.model, "--size", self.SIZE)
+        found = {name: self.figures(said[said.index(name) + 1:][:9]) for name in (coarse, passing, fine)}
+        self.assertEqual([found[name]["state"] for name in found], ["at rest", "refining", "at rest"])
+        self.assertEqual(found[passing]["tets"], found[coarse]["tets"])
+        self.assertNotEqual(found[fine]["tets"], found[coarse]["tets"])
+        for name in ("error", "tets", "patches", "frame", "memory", "read"):
+            self.assertTrue(found[fine][name], name)
+
+    def test_messages_leave_the_picture_its_size(self):
+        said = self.start(["wait settled", "print-tools", "key copy-probe", "wait 1", "print-tools", "quit"], self.model, "--size", self.SIZE).end()[1]
+        views = [line for line in said if line.startswith("view\t")]
+        self.assertEqual(views[0], views[1])
+
+    def test_tips_are_at_words_alone(self):
+        """None over what one works on: they are windows of their own."""
+        def hover(place):
+            self.move((2, 2))
+            time.sleep(0.3)
+            self.move(place)
+            self.move((place[0] + 1, place[1]))
+            time.sleep(1.4)
+            return len(self.display.tool("search", "--all", "--onlyvisible", "--pid", self.viewer.child.pid).split())
+        counts = []
+
+        def events():
+            counts.extend(hover(self.place(*place)) for place in (("error_px-slider", -60, 8), ("points", 100, 60), ("map", 50, 12), ("error_px-word", 10, 8)))
+        self.CONTROLS = [*self.CONTROLS, "points", "map", "error_px-word"]
+        self.act((events, ["detail.full"]))
+        self.assertEqual(counts[:3], [counts[0]] * 3)
+        self.assertGreater(counts[3], counts[0])  # its word has one
+
+
+class Keys(HandsTest):
+    # Not tried: what opens a dialog or another window, ends the program, or does not rest.
+    LEFT = {"keys", "close", "open", "save-scene", "save-picture", "save-frames", "build-model", "full-screen", "spin"}
+    NAMES = {"<Control>": "ctrl+", "<Shift>": "shift+"}
+
+    def rows(self, said, where):
+        return [line.split("\t")[1:] for line in said if line.startswith(where + "\t")]
+
+    def test_the_page_has_all_keys(self):
+        said, _ = self.play(["wait settled", "print-keys"], self.model, "--size", self.SIZE)
+        table, page = self.rows(said, "table"), self.rows(said, "page")
+        self.assertGreater(len(table), 40)
+        self.assertEqual(sorted(page), sorted(row for row in table if row[1] and row[2]))
+        self.assertEqual({row[0] for row in table if row[1] and not row[2]}, {"turn-left", "turn-right", "turn-up", "turn-down"})  # one row: "Arrow keys"
+        keys = [key for row in table if row[0] for key in row[1].split()]
+        self.assertEqual(len(keys), len(set(keys)))
+
+    def test_each_key_does_what_the_page_says(self):
+        said, _ = self.play(["wait settled", "print-keys"], self.model, "--size", self.SIZE)
+        wanted = [(row[0], key) for row in self.rows(said, "page") for key in row[1].split() if row[0] and row[0] not in self.LEFT]
+        self.assertGreater(len(wanted), 30)
+
+        def press(name):
+            for written, typed in self.NAMES.items():
+                name = name.replace(written, typed)
+            self.key(name)
+        self.CONTROLS = ["add"]
+        # undo and redo have something to do
+        self.act((lambda: self.move((300, 300)), ["set volume1.lit on", "seal"]), *((lambda key=key: press(key), ["print-keys ran"]) for _, key in wanted))
+        self.assertEqual([row[0] for row in self.rows(self.said, "ran")], [name for name, _ in wanted])
+
+
+class Scale(HandsTest):
+    """Pixels of the screen that are twice as many as those of the window."""
+
+    def test_twice_the_pixels(self):
+        seen = {}
+        for scale, size in ((1, "1280x900"), (2, "2560x1800")):
+            display = Display(size)
+            self.addCleanup(display.close)
+            said, _ = self.play(["key handles", "set volume1.visible off", "add surface channel=pressure value=0.1", "set camera.position 6 -9 5", "set camera.focal_point 0 0 0", "wait settled", "print-tools",
+                                 "probe 400 380", "wait settled", "print-tools", "picture " + self.at(f"{scale}.png")],
+                                self.model, "--size", "900x700", display=display, env={"GDK_SCALE": str(scale)})
+            seen[scale] = ([line for line in said if line.startswith("view")][0],
+                           [float(word) for line in said if line.startswith("position") for word in line.replace(",", " ").split()[1:4]], pixels(self.at(f"{scale}.png")))
+        self.assertEqual(seen[1][0], seen[2][0])
+        self.assertEqual(tuple(2 * side for side in seen[1][2].shape[:2]), seen[2][2].shape[:2])
+        self.assertEqual(len(seen[1][1]), 3)
+        for one, two in zip(seen[1][1], seen[2][1]):
+            self.assertAlmostEqual(one, two, delta=0.02)
 
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ typedef enum viewer_signal {
     VIEWER_SCENE,      /* nodes or properties, those of the camera left out */
     VIEWER_CAMERA,     /* properties of the camera */
     VIEWER_FRAME,      /* another frame is shown */
+    VIEWER_FIGURES,    /* words of viewer_figures.h are others */
     VIEWER_SELECTED,   /* another node is selected */
     VIEWER_LIVE,       /* an event of the live view, in v->event */
     VIEWER_END,        /* the window is about to go: parts free what is theirs */
@@ -65,6 +66,7 @@ struct viewer {
     /* the parts' own, each of the file of its name */
     struct viewer_core *core;
     struct viewer_shell *shell; /* viewer_window.c */
+    struct viewer_figures *figures;
     struct viewer_status *status;
     struct viewer_keys *keys;
     struct viewer_input *input;

@@ -69,6 +69,7 @@ void viewer_status_destroy(viewer *v);
 /* ---- viewer_keys.c: actions and the page of keys ---- */
 
 void viewer_keys_attach(viewer *v);
+void viewer_keys_commands(viewer *v); /* once there are scripts */
 void viewer_keys_destroy(viewer *v);
 /* Runs the action of a key, "f" or "<Control>z", or of a name; false: there is none. */
 bool viewer_keys_run(viewer *v, const char *key);

@@ -2,28 +2,35 @@
  * below it, budgets and focus under "More". */
 #include "viewer_detail.h"
 
-#include <math.h>
-#include <string.h>
-
+#include "viewer_bound.h"
 #include "viewer_field.h"
+#include "viewer_figures.h"
 #include "viewer_things.h"
 
-/* Figures change at most so often, so that they can be read. */
-enum { REFRESH_MS = 150 };
 enum { MARK_NONE = 0 };
 /* Height of what is under "More", which is scrolled. */
 enum { MORE_HEIGHT = 230 };
 
-static const char *const MORE[] = {"frozen",    "focus",         "focus_box",   "focus_gain",
-                                   "full",      "tets",          "moving_tets", "frame_s",
-                                   "error",     "error_channel", "space_error", "boundary_error",
-                                   "ram_bytes", "card_bytes"};
+static const char *const MORE[] = {"frozen",        "focus",       "focus_box",      "focus_gain",
+                                   "tets",          "moving_tets", "frame_s",        "error",
+                                   "error_channel", "space_error", "boundary_error", "ram_bytes",
+                                   "card_bytes"};
+
+/* What is said of the picture, line by line. */
+enum { LINE_COUNT = 4, LINE_FIGURES = 3 };
+static const struct {
+    size_t count;
+    viewer_figure figures[LINE_FIGURES];
+} LINES[LINE_COUNT] = {{2, {VIEWER_FIGURE_ERROR, VIEWER_FIGURE_CHANNELS}},
+                       {2, {VIEWER_FIGURE_TETS, VIEWER_FIGURE_PATCHES}},
+                       {3, {VIEWER_FIGURE_FRAME, VIEWER_FIGURE_MEMORY, VIEWER_FIGURE_READ}},
+                       {1, {VIEWER_FIGURE_NOTE}}};
 
 struct viewer_detail {
     viewer *v;
     GtkWidget *box, *first, *rest, *more, *mark_row, *mark;
-    GtkWidget *promise, *amount, *cost, *whole;
-    guint later;
+    viewer_bound *bound;
+    GtkWidget *now, *lines[LINE_COUNT], *whole;
     bool is_filling;
 };
 
@@ -65,90 +72,14 @@ static GtkWidget *mark_row(viewer_detail *d)
 
 /* ---- what is on the screen ---- */
 
-static void show_promise(viewer_detail *d, const tl_frame *frame)
-{
-    const tl_content_facts *facts = frame->facts;
-    GString *text = g_string_new(NULL);
-    if (!facts->is_model)
-        g_string_append(text, "the mesh as it is");
-    else if (facts->whole_tets == facts->source_tets)
-        g_string_append(text, "all of the model");
-    else if (isfinite(frame->error_px))
-        g_string_append_printf(text, "≤ %.*f px",
-                               frame->error_px > 0 && frame->error_px < 10 ? 2 : 0,
-                               frame->error_px);
-    else
-        g_string_append(text, "places not bounded: values are missing");
-    for (size_t i = 0; i < facts->error_count; i++)
-        g_string_append_printf(text, "%s%s ± %.2g", text->len ? " · " : "",
-                               facts->errors[i].channel, facts->errors[i].error);
-    gtk_label_set_text(GTK_LABEL(d->promise), text->str);
-    gtk_widget_set_tooltip_text(d->promise, text->str);
-    g_string_free(text, TRUE);
-}
-
-static void show_amount(viewer_detail *d, const tl_content_facts *facts)
-{
-    char *drawn = viewer_count_text((double)facts->tets);
-    char *all = viewer_count_text((double)facts->source_tets);
-    char *text = facts->is_model ? g_strdup_printf("%s of %s tets, %" G_GUINT64_FORMAT " patches",
-                                                   drawn, all, facts->patches)
-                                 : g_strdup_printf("%s tets", drawn);
-    gtk_label_set_text(GTK_LABEL(d->amount), text);
-    g_free(text);
-    g_free(all);
-    g_free(drawn);
-}
-
-static void show_cost(viewer_detail *d, const tl_frame *frame)
-{
-    const tl_live_stats stats = tl_live_get_stats(d->v->live);
-    char *ram = viewer_bytes_text((double)stats.ram_bytes);
-    char *limit = viewer_bytes_text((double)stats.ram_limit_bytes);
-    char *card = viewer_bytes_text((double)stats.card_bytes);
-    char *read = viewer_bytes_text((double)stats.bytes_read);
-    const double seconds = frame->is_moving && stats.frame_s > 0 ? stats.frame_s : frame->draw_s;
-    char *text = g_strdup_printf("%.0f ms, %s", 1e3 * seconds, ram);
-    char *tip = g_strdup_printf("Drawn in %.1f ms by %s\n%s of %s memory\n%s on the card\n%s read",
-                                1e3 * seconds, frame->renderer, ram, limit, card, read);
-    gtk_label_set_text(GTK_LABEL(d->cost), text);
-    gtk_widget_set_tooltip_text(d->cost, tip);
-    g_free(tip);
-    g_free(text);
-    g_free(read);
-    g_free(card);
-    g_free(limit);
-    g_free(ram);
-}
-
-static gboolean show_frame(gpointer user)
+static void show_figures(viewer *v, void *user)
 {
     viewer_detail *d = user;
-    const tl_frame *frame = d->v->frame;
-    d->later = 0;
-    if (!frame || !frame->facts) return G_SOURCE_REMOVE;
-    show_promise(d, frame);
-    show_amount(d, frame->facts);
-    show_cost(d, frame);
-    return G_SOURCE_REMOVE;
-}
-
-void viewer_detail_frame(viewer_detail *d)
-{
-    if (d->v->frame && d->v->frame->is_final) {
-        if (d->later) g_source_remove(d->later);
-        show_frame(d);
-    } else if (!d->later) {
-        d->later = g_timeout_add(REFRESH_MS, show_frame, d);
+    for (int i = 0; i < LINE_COUNT; i++) {
+        viewer_figures_show(v, LINES[i].figures, LINES[i].count, d->lines[i]);
+        gtk_widget_set_visible(d->lines[i], *gtk_label_get_text(GTK_LABEL(d->lines[i])));
     }
-}
-
-static void end(viewer *v, void *user)
-{
-    viewer_detail *d = user;
-    (void)v;
-    if (d->later) g_source_remove(d->later);
-    d->later = 0;
+    gtk_label_set_text(GTK_LABEL(d->now), viewer_figures_are_passing(v) ? "Refining …" : "Now");
 }
 
 /* ---- the panel ---- */
@@ -161,7 +92,7 @@ void viewer_detail_refresh(viewer_detail *d)
     gtk_widget_set_visible(d->first, is_model);
     gtk_widget_set_visible(d->mark_row, is_model);
     gtk_widget_set_visible(d->whole, v->source && !is_model);
-    viewer_fields_refresh(d->first);
+    viewer_bound_refresh(d->bound);
     viewer_fields_refresh(d->rest);
     d->is_filling = true;
     gtk_drop_down_set_selected(GTK_DROP_DOWN(d->mark),
@@ -170,32 +101,42 @@ void viewer_detail_refresh(viewer_detail *d)
     d->is_filling = false;
 }
 
-static GtkWidget *figure(const char *tooltip)
-{
-    GtkWidget *label = gtk_label_new(NULL);
-    gtk_label_set_xalign(GTK_LABEL(label), 0);
-    gtk_label_set_wrap(GTK_LABEL(label), TRUE);
-    gtk_label_set_wrap_mode(GTK_LABEL(label), PANGO_WRAP_WORD_CHAR);
-    gtk_widget_set_tooltip_text(label, tooltip);
-    gtk_widget_add_css_class(label, "figure");
-    return label;
-}
-
 static GtkWidget *figures(viewer_detail *d)
 {
     GtkWidget *row = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
     GtkWidget *column = gtk_box_new(GTK_ORIENTATION_VERTICAL, 0);
-    GtkWidget *label = viewer_row_label("Now");
-    gtk_widget_set_valign(label, GTK_ALIGN_START);
-    d->promise = figure("How far the picture may be from that of the original");
-    d->amount = figure("Tets that are drawn, of those of the data set");
-    d->cost = figure(NULL);
+    d->now = viewer_row_label("Now");
+    gtk_widget_set_valign(d->now, GTK_ALIGN_START);
+    for (int i = 0; i < LINE_COUNT; i++) {
+        GtkWidget *label = d->lines[i] = gtk_label_new(NULL);
+        gtk_label_set_xalign(GTK_LABEL(label), 0);
+        gtk_label_set_wrap(GTK_LABEL(label), TRUE);
+        gtk_label_set_wrap_mode(GTK_LABEL(label), PANGO_WRAP_WORD_CHAR);
+        gtk_widget_add_css_class(label, "figure");
+        gtk_box_append(GTK_BOX(column), label);
+    }
     gtk_widget_set_hexpand(column, TRUE);
-    gtk_box_append(GTK_BOX(column), d->promise);
-    gtk_box_append(GTK_BOX(column), d->amount);
-    gtk_box_append(GTK_BOX(column), d->cost);
-    gtk_box_append(GTK_BOX(row), label);
+    gtk_box_append(GTK_BOX(row), d->now);
     gtk_box_append(GTK_BOX(row), column);
+    return row;
+}
+
+/* Of a mesh that is no model. */
+static GtkWidget *whole_row(void)
+{
+    GtkWidget *row = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
+    GtkWidget *label =
+        gtk_label_new("All of the mesh is drawn. A model of it has levels of detail.");
+    GtkWidget *build = gtk_button_new_with_label("Build…");
+    gtk_label_set_wrap(GTK_LABEL(label), TRUE);
+    gtk_label_set_xalign(GTK_LABEL(label), 0);
+    gtk_widget_set_hexpand(label, TRUE);
+    gtk_widget_add_css_class(label, "dim-label");
+    gtk_widget_set_valign(build, GTK_ALIGN_CENTER);
+    gtk_widget_set_tooltip_text(build, "Build a model of this mesh (Ctrl+B)");
+    gtk_actionable_set_action_name(GTK_ACTIONABLE(build), "win.build-model");
+    gtk_box_append(GTK_BOX(row), label);
+    gtk_box_append(GTK_BOX(row), build);
     return row;
 }
 
@@ -218,11 +159,10 @@ viewer_detail *viewer_detail_create(viewer *v)
                                    GTK_POLICY_AUTOMATIC);
     gtk_scrolled_window_set_min_content_height(GTK_SCROLLED_WINDOW(scrolled), MORE_HEIGHT);
     gtk_scrolled_window_set_child(GTK_SCROLLED_WINDOW(scrolled), d->rest);
-    d->whole = gtk_label_new("This is a mesh: all of it is drawn. Models have levels of detail.");
-    gtk_label_set_wrap(GTK_LABEL(d->whole), TRUE);
-    gtk_label_set_xalign(GTK_LABEL(d->whole), 0);
-    gtk_widget_add_css_class(d->whole, "dim-label");
-    gtk_box_append(GTK_BOX(d->first), viewer_field_create(v, node, "error_px"));
+    d->whole = whole_row();
+    d->bound = viewer_bound_create(v);
+    gtk_box_append(GTK_BOX(d->first), viewer_bound_widget(d->bound));
+    gtk_box_append(GTK_BOX(d->rest), viewer_bound_switch(d->bound));
     for (size_t i = 0; i < G_N_ELEMENTS(MORE); i++)
         gtk_box_append(GTK_BOX(d->rest), viewer_field_create(v, node, MORE[i]));
     gtk_expander_set_child(GTK_EXPANDER(d->more), scrolled);
@@ -232,7 +172,7 @@ viewer_detail *viewer_detail_create(viewer *v)
     gtk_box_append(GTK_BOX(d->box), figures(d));
     gtk_box_append(GTK_BOX(d->box), d->more);
     g_object_set_data_full(G_OBJECT(d->box), "tetralod-detail", d, g_free);
-    viewer_listen(v, VIEWER_END, end, d);
+    viewer_listen(v, VIEWER_FIGURES, show_figures, d);
     return d;
 }
 

@@ -10,7 +10,5 @@ viewer_detail *viewer_detail_create(viewer *v);
 GtkWidget *viewer_detail_widget(viewer_detail *detail);
 /* Shows what the scene says. */
 void viewer_detail_refresh(viewer_detail *detail);
-/* Shows, soon, what is on the screen. */
-void viewer_detail_frame(viewer_detail *detail);
 
 #endif

@@ -1,6 +1,7 @@
 /* Editors of properties, from the scene's table: what they are called, what is set, what a scene
  * refuses; those that are a switch, words, or a colour. */
 #include "viewer_field.h"
+#include "viewer_histogram.h"
 
 #include <string.h>
 
@@ -8,7 +9,6 @@ static const char DATA_KEY[] = "tetralod-field";
 
 /* What the table does not say, as it is about people and not about scenes. */
 static const viewer_field_style STYLES[] = {
-    {"error_px", "Error", 0.25, 64, "no bound"},
     {"error", "Channel error", 0, 0, "no bound"},
     {"error_channel", "… of", 0, 0, "channels shown"},
     {"space_error", "Isosurfaces", 0, 0, "no bound"},
@@ -18,13 +18,12 @@ static const viewer_field_style STYLES[] = {
     {"frame_s", "Frame time", 0.016, 1, NULL},
     {"ram_bytes", "Memory", 1e8, 6.4e10, "automatic"},
     {"card_bytes", "Card memory", 1e8, 2.5e10, "automatic"},
-    {"full", "Finest mesh", 0, 0, NULL},
     {"frozen", "Freeze", 0, 0, NULL},
     {"focus", "Finer in a box", 0, 0, NULL},
     {"focus_box", "… the box", 0, 0, "the middle"},
     {"focus_gain", "… by a factor", 1, 64, NULL},
     {"color", "Colour", 0, 0, "automatic"},
-    {"color_by", "Colour by", 0, 0, "its own colour"},
+    {"color_by", "Colour by", 0, 0, "one colour"},
     {"background", "Background", 0, 0, "transparent"},
     {"nan_color", "No value", 0, 0, "grey"},
     {"unit_distance", "Unit distance", 0, 0, "automatic"},
@@ -165,19 +164,45 @@ static void add_text(viewer_field *field, GtkWidget *row)
     gtk_box_append(GTK_BOX(row), field->main);
 }
 
+/* The colour that an isosurface has by its value; false: it is none, or not known yet. */
+static bool value_color(const viewer_field *field, double rgb[3])
+{
+    viewer *v = field->v;
+    tl_value value;
+    const tl_content *content = v->frame ? v->frame->content : NULL;
+    const tl_values *values =
+        content ? tl_content_values(content, tl_scene_text(v->scene, field->node, "channel"))
+                : NULL;
+    if (!values || tl_scene_kind(v->scene, field->node) != TL_NODE_SURFACE ||
+        tl_scene_get(v->ctx, v->scene, field->node, "value", &value) || !value.count)
+        return false;
+    viewer_curve *curve = g_new0(viewer_curve, 1);
+    viewer_colors_take(curve, values->colors, values->color_count);
+    viewer_curve_at(curve, values->logarithmic, value.reals[0], rgb);
+    g_free(curve);
+    return values->color_count > 0;
+}
+
+/* Without effect where a channel colours. */
 static void fill_color(viewer_field *field)
 {
+    viewer *v = field->v;
     tl_value value;
-    GdkRGBA rgba = {0.5f, 0.5f, 0.5f, 1};
-    const bool known =
-        !tl_scene_get(field->v->ctx, field->v->scene, field->node, field->info->name, &value) &&
-        value.count == 3;
-    if (known)
-        rgba = (GdkRGBA){(float)value.reals[0], (float)value.reals[1], (float)value.reals[2], 1};
+    double rgb[3] = {0.5, 0.5, 0.5};
+    const bool set =
+        !tl_scene_get(v->ctx, v->scene, field->node, field->info->name, &value) && value.count == 3;
+    if (set) memcpy(rgb, value.reals, sizeof rgb);
+    const bool known = set || value_color(field, rgb);
+    const GdkRGBA rgba = {(float)rgb[0], (float)rgb[1], (float)rgb[2], 1};
+    const bool by_channel = strcmp(field->info->name, "color") == 0 &&
+                            *tl_scene_text(v->scene, field->node, "color_by");
     gtk_color_chooser_set_rgba(GTK_COLOR_CHOOSER(field->main), &rgba);
     gtk_widget_set_opacity(field->main, known ? 1 : 0.5);
+    gtk_widget_set_sensitive(field->main, !by_channel);
     GtkWidget *word = gtk_widget_get_next_sibling(field->main);
-    gtk_label_set_text(GTK_LABEL(word), known || !field->style.empty ? "" : field->style.empty);
+    gtk_label_set_text(GTK_LABEL(word), by_channel                   ? "those of the channel"
+                                        : set || !field->style.empty ? ""
+                                                                     : field->style.empty);
 }
 
 static void color_changed(GtkColorButton *button, viewer_field *field)
@@ -272,10 +297,11 @@ GtkWidget *viewer_field_create(viewer *v, tl_node node, const char *prop)
     field->box = gtk_box_new(GTK_ORIENTATION_VERTICAL, 0);
     GtkWidget *row = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
     char *label = label_of(field);
-    gtk_box_append(GTK_BOX(row), viewer_row_label(label));
+    GtkWidget *word = viewer_row_label(label);
     g_free(label);
+    gtk_widget_set_tooltip_text(word, field->info->help); /* not over what one works on */
+    gtk_box_append(GTK_BOX(row), word);
     add_editor(field, row);
-    gtk_widget_set_tooltip_text(row, field->info->help);
     field->reset = viewer_icon_button("edit-undo-symbolic", "As it was at first");
     gtk_widget_add_css_class(field->reset, "reset");
     g_signal_connect_swapped(field->reset, "clicked", G_CALLBACK(reset), field);

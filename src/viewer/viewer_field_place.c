@@ -168,7 +168,7 @@ static GtkWidget *axis_buttons(viewer_field *field)
 void viewer_field_add_plane(viewer_field *field, GtkWidget *row)
 {
     GtkWidget *both = gtk_box_new(GTK_ORIENTATION_VERTICAL, 2);
-    GtkWidget *words = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
+    GtkWidget *along = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
     field->main = viewer_entry_create(6, commit_place, field);
     field->fill = fill_plane;
     gtk_widget_set_hexpand(field->main, TRUE);
@@ -176,10 +176,11 @@ void viewer_field_add_plane(viewer_field *field, GtkWidget *row)
     gtk_scale_set_draw_value(GTK_SCALE(field->slider), FALSE);
     g_signal_connect(field->slider, "change-value", G_CALLBACK(slid_plane), field);
     viewer_watch_gesture(field->v, field->slider);
-    gtk_box_append(GTK_BOX(words), field->main);
-    gtk_box_append(GTK_BOX(words), axis_buttons(field));
-    gtk_box_append(GTK_BOX(both), words);
-    gtk_box_append(GTK_BOX(both), field->slider);
+    gtk_widget_set_hexpand(field->slider, TRUE);
+    gtk_box_append(GTK_BOX(along), field->slider);
+    gtk_box_append(GTK_BOX(along), axis_buttons(field));
+    gtk_box_append(GTK_BOX(both), along);
+    gtk_box_append(GTK_BOX(both), field->main); /* six numbers need the room */
     gtk_widget_set_hexpand(both, TRUE);
     gtk_box_append(GTK_BOX(row), both);
 }

@@ -2,9 +2,12 @@
  * keys run them, the page of keys lists them. */
 #include "viewer_core.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define COLUMNS 3
+#define KEYS_MAX 4                               /* of an action, on the page */
+static const char ROW_KEY[] = "tetralod-action"; /* what a row of the page is about */
 
 typedef struct row {
     const viewer_action *action;
@@ -13,7 +16,7 @@ typedef struct row {
 
 struct viewer_keys {
     GArray *rows;
-    GtkWidget *page;
+    const viewer_action *ran; /* last; NULL: none yet */
 };
 
 /* ---- running ---- */
@@ -41,7 +44,10 @@ static void on_activate(GSimpleAction *simple, GVariant *parameter, gpointer dat
     viewer *v = data;
     for (guint i = 0; i < v->keys->rows->len; i++) {
         const row r = g_array_index(v->keys->rows, row, i);
-        if (r.simple == simple) r.action->run(v);
+        if (r.simple != simple) continue;
+        v->keys->ran = r.action;
+        r.action->run(v);
+        break;
     }
     refresh(v, NULL);
 }
@@ -152,8 +158,9 @@ static GtkWidget *make_row(const viewer_action *action)
     GtkWidget *label = gtk_label_new(action->label), *keys;
     if (action->run) {
         keys = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
-        char **names = g_strsplit(action->keys, " ", 2); /* the first one is the one to learn */
-        gtk_box_append(GTK_BOX(keys), gtk_shortcut_label_new(names[0]));
+        char **names = g_strsplit(action->keys, " ", KEYS_MAX);
+        for (int i = 0; names[i]; i++)
+            gtk_box_append(GTK_BOX(keys), gtk_shortcut_label_new(names[i]));
         g_strfreev(names);
     } else {
         keys = gtk_label_new(action->keys);
@@ -164,6 +171,7 @@ static GtkWidget *make_row(const viewer_action *action)
     gtk_label_set_xalign(GTK_LABEL(label), 0);
     gtk_box_append(GTK_BOX(box), keys);
     gtk_box_append(GTK_BOX(box), label);
+    g_object_set_data(G_OBJECT(box), ROW_KEY, (void *)(uintptr_t)action);
     return box;
 }
 
@@ -243,8 +251,40 @@ GtkWindow *viewer_dialog_window(viewer *v, const char *title)
     return window;
 }
 
+static void print_action(const char *where, const viewer_action *action)
+{
+    printf("%s\t%s\t%s\t%s\t%s\n", where, action->name, action->keys, action->group, action->label);
+}
+
+static void print_page(GtkWidget *widget)
+{
+    const viewer_action *action = g_object_get_data(G_OBJECT(widget), ROW_KEY);
+    if (action) print_action("page", action);
+    for (GtkWidget *child = gtk_widget_get_first_child(widget); child;
+         child = gtk_widget_get_next_sibling(child))
+        print_page(child);
+}
+
+/* The table and what the page shows of it, or what ran last. */
+static bool print_keys(viewer *v, const char *arguments)
+{
+    if (g_str_equal(arguments, "ran")) {
+        if (v->keys->ran) print_action("ran", v->keys->ran);
+        fflush(stdout);
+        return true;
+    }
+    GtkWidget *page = g_object_ref_sink(make_groups(v));
+    for (guint i = 0; i < v->keys->rows->len; i++)
+        print_action("table", g_array_index(v->keys->rows, row, i).action);
+    print_page(page);
+    fflush(stdout);
+    g_object_unref(page);
+    return true;
+}
+
+static const viewer_command COMMANDS[] = {{"print-keys", "print-keys [ran]", print_keys}};
 static const viewer_action ACTIONS[] = {
-    {"keys", "F1 <Control>question", "Window", "Keys and gestures", show_page, NULL},
+    {"keys", "F1 question <Control>question", "Window", "Keys and gestures", show_page, NULL},
 };
 
 /* ---- the part ---- */
@@ -260,6 +300,11 @@ void viewer_keys_attach(viewer *v)
     viewer_listen(v, VIEWER_SCENE, refresh, NULL);
     viewer_listen(v, VIEWER_CAMERA, refresh, NULL);
     viewer_listen(v, VIEWER_SOURCE, refresh, NULL);
+}
+
+void viewer_keys_commands(viewer *v)
+{
+    viewer_add_commands(v, COMMANDS, G_N_ELEMENTS(COMMANDS));
 }
 
 void viewer_keys_destroy(viewer *v)

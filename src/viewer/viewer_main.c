@@ -1,5 +1,6 @@
 /* The program tetralod-view, which `tetralod view` starts: words, parts, loop. */
 #include "viewer_core.h"
+#include "viewer_figures.h"
 
 #include <glib-unix.h>
 #include <locale.h>
@@ -120,6 +121,8 @@ static void on_activate(GtkApplication *app, viewer *v)
     viewer_input_attach(v);
     viewer_motion_attach(v);
     viewer_script_attach(v);
+    viewer_keys_commands(v);
+    viewer_figures_attach(v);
     viewer_files_attach(v);
     viewer_save_attach(v);
     viewer_panels_attach(v);
@@ -145,6 +148,7 @@ static void tear_down(viewer *v)
     viewer_save_end(v);
     viewer_session_destroy(v);
     viewer_status_destroy(v);
+    viewer_figures_destroy(v);
     viewer_keys_destroy(v);
     viewer_window_destroy(v);
     viewer_motion_destroy(v);

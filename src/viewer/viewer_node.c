@@ -139,15 +139,20 @@ static bool free_value(const viewer *v, const char *channel, double *value)
     return true;
 }
 
+/* Opacity of isosurfaces that come after a first one, which may be inside. */
+static const double GLASS = 0.5;
+
 static tl_status fill_surface(viewer *v, tl_node node, const char *channel)
 {
     char text[32];
     double value;
+    const bool has_other = viewer_node_of_kind(v, TL_NODE_SURFACE) != node; /* seen through it */
     tl_status st = tl_scene_set_text(v->ctx, v->scene, node, "channel", channel);
     if (!st && free_value(v, channel, &value)) {
         g_ascii_formatd(text, sizeof text, "%.4g", value);
         st = tl_scene_set_text(v->ctx, v->scene, node, "value", text);
     }
+    if (!st && has_other) st = tl_scene_set_real(v->ctx, v->scene, node, "opacity", GLASS);
     return st;
 }
 
@@ -251,13 +256,17 @@ void viewer_node_remove_selected(viewer *v)
     viewer_select(v, behind ? behind : before);
 }
 
+void viewer_node_move(viewer *v, tl_node node, tl_node other)
+{
+    tl_scene_seal(v->scene);
+    if (viewer_ok(v, tl_scene_move(v->ctx, v->scene, node, place_of(v, other)))) viewer_changed(v);
+}
+
 void viewer_node_move_selected(viewer *v, int by)
 {
     const tl_node other = neighbour(v, v->selected, by);
-    if (!viewer_node_is_thing(tl_scene_kind(v->scene, v->selected)) || !other) return;
-    tl_scene_seal(v->scene);
-    if (viewer_ok(v, tl_scene_move(v->ctx, v->scene, v->selected, place_of(v, other))))
-        viewer_changed(v);
+    if (viewer_node_is_thing(tl_scene_kind(v->scene, v->selected)) && other)
+        viewer_node_move(v, v->selected, other);
 }
 
 void viewer_node_toggle_selected(viewer *v)

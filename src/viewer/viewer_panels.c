@@ -21,16 +21,21 @@ static const char STYLE[] =
     ".panels button.image-button { min-width: 20px; padding: 0 3px; }"
     ".panels colorbutton > button { padding: 2px; min-width: 36px; }"
     ".panels scale { padding: 4px 6px; min-height: 12px; }"
+    ".panels .caption-small { font-size: 0.78em; opacity: 0.65; margin: -3px 4px 0 4px; }"
     ".panels switch { margin: 1px 0; }"
     ".panels .row-label { opacity: 0.85; }"
     ".panels .figure { font-feature-settings: 'tnum'; }"
     ".panels .field-error { color: #e5484d; font-size: 0.9em; }"
     ".panels .things { background: none; border-radius: 6px; }"
     ".panels .things > row { padding: 0 4px; border-radius: 5px; }"
+    ".panels .things > row.drop-above { box-shadow: inset 0 2px @theme_selected_bg_color; }"
+    ".panels .things > row.drop-below { box-shadow: inset 0 -2px @theme_selected_bg_color; }"
+    ".panels .things > row:selected .dim-label { opacity: 0.9; }"
     ".panels .point-row { min-height: 28px; }"
     ".panels .reset { padding: 0; min-width: 18px; opacity: 0.7; }"
     ".panels .node-name { background: none; border: none; box-shadow: none; opacity: 0.75; }"
     ".panels .detail { border-top: 1px solid alpha(currentColor, 0.15); }"
+    ".panels .zoom-reset { min-height: 18px; min-width: 18px; padding: 1px; margin: 2px 8px; }"
     ".panels .swatch { border-radius: 3px; }"
     ".add-menu > button { padding: 4px 10px; }"
     ".add-menu .add-help { font-size: 0.85em; opacity: 0.65; }";
@@ -90,7 +95,6 @@ static void source_changed(viewer *v, void *user)
 static void frame_changed(viewer *v, void *user)
 {
     (void)user;
-    viewer_detail_frame(v->panels->detail);
     if (!v->frame || v->frame->content == v->panels->content) return;
     v->panels->content = v->frame->content;
     viewer_properties_refresh(v->panels->properties);
@@ -134,6 +138,14 @@ static const viewer_action ACTIONS[] = {
      NULL},
     {"thing-remove", "Delete", "Things", "Remove what is selected", viewer_node_remove_selected,
      NULL},
+    {"", "Space", "Things", "Show or hide, in the list", NULL, NULL},
+    {"", "Drag, Alt+Up, Alt+Down", "Things", "Order of the list", NULL, NULL},
+    {"", "Drag, Left, Right", "Values and colours", "Move a value, with Shift faster", NULL, NULL},
+    {"", "Wheel", "Values and colours", "Zoom the histogram", NULL, NULL},
+    {"", "Double click", "Values and colours", "A new point; exact value or colour", NULL, NULL},
+    {"", "Tab", "Values and colours", "To the next point", NULL, NULL},
+    {"", "Arrow keys", "Values and colours", "Move a point, with Shift faster", NULL, NULL},
+    {"", "Insert, Delete", "Values and colours", "Add a point behind it, remove it", NULL, NULL},
     {"colours-reset", "", "Colours", "Automatic colours again", reset_colors, NULL},
     {"colours-reverse", "", "Colours", "Reverse the colours", reverse_colors, NULL},
     {"colours-import", "", "Colours", "Import colours of ParaView", import_colors, NULL},

@@ -2,7 +2,7 @@
  * can be added. */
 #include "viewer_things.h"
 
-#include <string.h>
+#include <math.h>
 
 #include "viewer_widgets.h"
 
@@ -15,11 +15,16 @@ enum { ADDED_COUNT = sizeof ADDED / sizeof *ADDED, ADDED_GAP = 8 };
 
 /* Longer lists are scrolled. */
 enum { LIST_HEIGHT = 212 };
+/* A press that moves no farther is a click. */
+static const double DRAG_PX = 6;
 
 struct viewer_things {
     viewer *v;
     GtkWidget *box, *list, *scrolled, *add;
-    GtkWidget *remove, *up, *down;
+    GtkWidget *remove, *quick[2];
+    tl_node dragged;    /* 0: none */
+    int gap;            /* before which row it goes */
+    bool is_drag_moved; /* far enough to be no click */
     bool is_filling;
 };
 
@@ -49,7 +54,6 @@ static thing *row_create(viewer_things *things, tl_node node)
 {
     thing *row = g_new0(thing, 1);
     GtkWidget *line = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
-    const tl_node_kind kind = tl_scene_kind(things->v->scene, node);
     row->things = things;
     row->node = node;
     row->row = gtk_list_box_row_new();
@@ -64,7 +68,6 @@ static thing *row_create(viewer_things *things, tl_node node)
     gtk_label_set_xalign(GTK_LABEL(row->about), 1);
     gtk_widget_set_hexpand(row->about, TRUE);
     gtk_widget_add_css_class(row->about, "dim-label");
-    gtk_widget_set_tooltip_text(row->row, tl_node_kind_help(kind));
     gtk_box_append(GTK_BOX(line), row->eye);
     gtk_box_append(GTK_BOX(line), row->name);
     gtk_box_append(GTK_BOX(line), row->about);
@@ -150,8 +153,6 @@ static void show_selected(viewer_things *things)
             show_row(things, GTK_WIDGET(row));
         }
     gtk_widget_set_sensitive(things->remove, is_thing);
-    gtk_widget_set_sensitive(things->up, is_thing);
-    gtk_widget_set_sensitive(things->down, is_thing);
 }
 
 void viewer_things_refresh(viewer_things *things)
@@ -163,6 +164,8 @@ void viewer_things_refresh(viewer_things *things)
         row_refresh(thing_of(row));
     show_selected(things);
     gtk_widget_set_sensitive(things->add, things->v->source != NULL);
+    for (size_t i = 0; i < G_N_ELEMENTS(things->quick); i++)
+        gtk_widget_set_sensitive(things->quick[i], things->v->source != NULL);
     things->is_filling = false;
 }
 
@@ -189,6 +192,92 @@ static gboolean key_pressed(GtkEventControllerKey *keys, guint key, guint code,
     else
         return FALSE;
     return TRUE;
+}
+
+/* ---- dragging rows ---- */
+
+static int thing_count(const viewer_things *things)
+{
+    int count = 0;
+    while (viewer_node_is_thing(tl_scene_kind(things->v->scene, listed(things->v, (size_t)count))))
+        count++;
+    return count;
+}
+
+/* A line where the row would go; gap -1: none. */
+static void mark_gap(viewer_things *things, int gap)
+{
+    const int last = thing_count(things) - 1;
+    GtkListBoxRow *row;
+    things->gap = gap;
+    for (int i = 0; (row = gtk_list_box_get_row_at_index(GTK_LIST_BOX(things->list), i)); i++) {
+        gtk_widget_remove_css_class(GTK_WIDGET(row), "drop-above");
+        gtk_widget_remove_css_class(GTK_WIDGET(row), "drop-below");
+        if (i == gap && i <= last) gtk_widget_add_css_class(GTK_WIDGET(row), "drop-above");
+        if (i == last && gap == last + 1) gtk_widget_add_css_class(GTK_WIDGET(row), "drop-below");
+    }
+}
+
+static void row_drag_begin(GtkGestureDrag *drag, double x, double y, viewer_things *things)
+{
+    (void)drag;
+    (void)x;
+    const thing *row = thing_of(gtk_list_box_get_row_at_y(GTK_LIST_BOX(things->list), (int)y));
+    const bool is_thing = row && viewer_node_is_thing(tl_scene_kind(things->v->scene, row->node));
+    things->dragged = is_thing ? row->node : 0;
+    things->is_drag_moved = false;
+    things->gap = -1;
+}
+
+/* The row that the pointer is in the upper half of. */
+static void row_drag_update(GtkGestureDrag *drag, double dx, double dy, viewer_things *things)
+{
+    double x, y;
+    GtkListBox *list = GTK_LIST_BOX(things->list);
+    if (!things->dragged || !gtk_gesture_drag_get_start_point(drag, &x, &y)) return;
+    if (!things->is_drag_moved && hypot(dx, dy) < DRAG_PX) return;
+    things->is_drag_moved = true;
+    gtk_gesture_set_state(GTK_GESTURE(drag), GTK_EVENT_SEQUENCE_CLAIMED);
+    const int count = thing_count(things);
+    int gap = 0;
+    for (int i = 0; i < count; i++) {
+        GtkWidget *row = GTK_WIDGET(gtk_list_box_get_row_at_index(list, i));
+        double row_x, row_y;
+        gtk_widget_translate_coordinates(row, things->list, 0, 0, &row_x, &row_y);
+        if (y + dy > row_y + gtk_widget_get_height(row) / 2.0) gap = i + 1;
+    }
+    mark_gap(things, gap);
+}
+
+static void row_drag_end(GtkGestureDrag *drag, double dx, double dy, viewer_things *things)
+{
+    (void)drag;
+    (void)dx;
+    (void)dy;
+    const tl_node node = things->dragged;
+    const int gap = things->gap, count = thing_count(things);
+    int from = 0;
+    things->dragged = 0;
+    if (!node || gap < 0) return;
+    mark_gap(things, -1);
+    while (from < count && listed(things->v, (size_t)from) != node) from++;
+    if (from == count) return; /* it went away meanwhile */
+    viewer_select(things->v, node);
+    if (gap < from) viewer_node_move(things->v, node, listed(things->v, (size_t)gap));
+    if (gap > from + 1) viewer_node_move(things->v, node, listed(things->v, (size_t)gap - 1));
+}
+
+static void add_hands(viewer_things *things)
+{
+    GtkGesture *drag = gtk_gesture_drag_new();
+    GtkEventController *keys = gtk_event_controller_key_new();
+    gtk_event_controller_set_propagation_phase(GTK_EVENT_CONTROLLER(drag), GTK_PHASE_CAPTURE);
+    g_signal_connect(drag, "drag-begin", G_CALLBACK(row_drag_begin), things);
+    g_signal_connect(drag, "drag-update", G_CALLBACK(row_drag_update), things);
+    g_signal_connect(drag, "drag-end", G_CALLBACK(row_drag_end), things);
+    g_signal_connect(keys, "key-pressed", G_CALLBACK(key_pressed), things);
+    gtk_widget_add_controller(things->list, GTK_EVENT_CONTROLLER(drag));
+    gtk_widget_add_controller(things->list, keys);
 }
 
 /* ---- what can be added ---- */
@@ -242,48 +331,43 @@ static void remove_clicked(viewer_things *things)
     viewer_node_remove_selected(things->v);
 }
 
-static void up_clicked(viewer_things *things)
+/* What is added most often, without the menu. */
+static void add_quick(viewer_things *things, GtkWidget *row)
 {
-    viewer_node_move_selected(things->v, -1);
-}
-
-static void down_clicked(viewer_things *things)
-{
-    viewer_node_move_selected(things->v, 1);
-}
-
-static GtkWidget *tool_button(viewer_things *things, GtkWidget *row, const char *icon,
-                              const char *tooltip, void (*clicked)(viewer_things *))
-{
-    GtkWidget *button = viewer_icon_button(icon, tooltip);
-    g_signal_connect_swapped(button, "clicked", G_CALLBACK(clicked), things);
-    gtk_box_append(GTK_BOX(row), button);
-    return button;
+    static const tl_node_kind QUICK[] = {TL_NODE_SURFACE, TL_NODE_SLICE};
+    static const char *const NAMES[] = {"add-surface", "add-slice"};
+    for (size_t i = 0; i < G_N_ELEMENTS(QUICK); i++) {
+        char *label = g_strdup_printf("+ %s", viewer_node_title(QUICK[i]));
+        GtkWidget *button = things->quick[i] = gtk_button_new_with_label(label);
+        g_free(label);
+        gtk_widget_set_name(button, NAMES[i]);
+        g_object_set_data(G_OBJECT(button), ROW_KEY, (void *)(uintptr_t)&QUICK[i]);
+        g_signal_connect(button, "clicked", G_CALLBACK(add_clicked), things);
+        gtk_box_append(GTK_BOX(row), button);
+    }
 }
 
 viewer_things *viewer_things_create(viewer *v)
 {
     viewer_things *things = g_new0(viewer_things, 1);
     GtkWidget *tools = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 2);
-    GtkEventController *keys = gtk_event_controller_key_new();
     things->v = v;
     things->box = gtk_box_new(GTK_ORIENTATION_VERTICAL, 4);
     things->list = gtk_list_box_new();
     gtk_widget_add_css_class(things->box, "section");
     gtk_widget_add_css_class(things->list, "things");
     gtk_box_append(GTK_BOX(tools), viewer_heading("Shown"));
-    things->up = tool_button(things, tools, "go-up-symbolic", "Earlier (Alt+Up)", up_clicked);
-    things->down = tool_button(things, tools, "go-down-symbolic", "Later (Alt+Down)", down_clicked);
-    things->remove =
-        tool_button(things, tools, "user-trash-symbolic", "Remove (Delete)", remove_clicked);
+    things->remove = viewer_icon_button("user-trash-symbolic", "Remove (Delete)");
+    g_signal_connect_swapped(things->remove, "clicked", G_CALLBACK(remove_clicked), things);
+    gtk_box_append(GTK_BOX(tools), things->remove);
+    add_quick(things, tools);
     things->add = add_menu(things);
     gtk_box_append(GTK_BOX(tools), things->add);
     gtk_widget_set_name(things->add, "add");
     gtk_widget_set_name(things->remove, "remove");
     gtk_list_box_set_selection_mode(GTK_LIST_BOX(things->list), GTK_SELECTION_SINGLE);
     g_signal_connect(things->list, "row-selected", G_CALLBACK(row_selected), things);
-    g_signal_connect(keys, "key-pressed", G_CALLBACK(key_pressed), things);
-    gtk_widget_add_controller(things->list, keys);
+    add_hands(things);
     gtk_box_append(GTK_BOX(things->box), tools);
     things->scrolled = gtk_scrolled_window_new();
     gtk_scrolled_window_set_policy(GTK_SCROLLED_WINDOW(things->scrolled), GTK_POLICY_NEVER,

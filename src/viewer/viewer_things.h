@@ -35,6 +35,8 @@ bool viewer_node_add(viewer *v, tl_node_kind kind);
 /* Removes the selected node, and selects a neighbour; moves it up or down. */
 void viewer_node_remove_selected(viewer *v);
 void viewer_node_move_selected(viewer *v, int by);
+/* Moves a node to where another one of the list stands, which makes room. */
+void viewer_node_move(viewer *v, tl_node node, tl_node other);
 void viewer_node_toggle_selected(viewer *v);
 
 #endif

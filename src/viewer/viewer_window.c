@@ -27,6 +27,7 @@ static const char STYLE[] =
     "tetralod-picture { background-color: #1d1f22; }"
     ".tl-status { padding: 3px 12px; font-size: 0.9em; font-feature-settings: 'tnum'; }"
     ".tl-status label.tl-strong { font-weight: bold; }"
+    ".tl-passing { opacity: 0.5; }"
     ".tl-subtitle { font-size: 0.85em; opacity: 0.65; }"
     ".tl-welcome { background-color: @theme_bg_color; }"
     ".tl-welcome .tl-heading { font-size: 1.5em; font-weight: 300; }"
@@ -120,6 +121,7 @@ static GtkWidget *make_bar(viewer *v)
     shell->bar_button = gtk_info_bar_add_button(GTK_INFO_BAR(shell->bar), "", GTK_RESPONSE_OK);
     gtk_info_bar_set_show_close_button(GTK_INFO_BAR(shell->bar), TRUE);
     gtk_info_bar_set_revealed(GTK_INFO_BAR(shell->bar), FALSE);
+    gtk_widget_set_valign(shell->bar, GTK_ALIGN_START); /* over the picture, which keeps its size */
     g_signal_connect(shell->bar, "response", G_CALLBACK(on_bar_response), v);
     return shell->bar;
 }
@@ -429,8 +431,8 @@ static GtkWidget *make_view(viewer *v)
     gtk_overlay_set_child(GTK_OVERLAY(overlay), v->picture);
     gtk_overlay_add_overlay(GTK_OVERLAY(overlay), make_welcome(v));
     gtk_overlay_add_overlay(GTK_OVERLAY(overlay), make_progress(v));
+    gtk_overlay_add_overlay(GTK_OVERLAY(overlay), make_bar(v));
     gtk_widget_set_vexpand(overlay, TRUE);
-    gtk_box_append(GTK_BOX(column), make_bar(v));
     gtk_box_append(GTK_BOX(column), overlay);
     gtk_box_append(GTK_BOX(column), v->below);
     return column;
