@@ -173,6 +173,18 @@ class Render(unittest.TestCase):
         self.assertLess(abs(low + 0.8), 0.06)
         self.assertLess(abs(high - 0.8), 0.06)
 
+    def test_range_about_a_value(self):
+        """A diverging map of signed values has 0 in its middle; --center says another value, or none; a clip changes nothing."""
+        def ends(*words):
+            return self.draw("--derive", "h=value-0.5", "--slice", "x", "--color-by", "h", *words)[1]["channels"][0]["range"]
+        low, high = ends()
+        self.assertGreater(high, -2 * low)
+        self.assertEqual(ends("--colormap", "cool-to-warm"), [-high, high])
+        self.assertEqual(ends("--colormap", "cool-to-warm", "--clip", "y<0"), [-high, high])
+        self.assertEqual(ends("--colormap", "cool-to-warm", "--center", "none"), [low, high])
+        for got, expected in zip(ends("--center", "0.1"), (0.2 - high, high)):
+            self.assertAlmostEqual(got, expected, 9)
+
     def test_channels_of_all_kinds(self):
         """Constant, huge, tiny, whole, with NaN, without any number: there is a picture of each."""
         for text in ("0*value", "0*value+7", "value*1e308", "(value-0.5)*1.7e308", "value*1e-310", "if(value>0.5,1,0)", "0/0*value",
@@ -451,6 +463,9 @@ LOOKUP_TABLE default
                                     (2, ["-o", "p.png", "--range", "1"], "expected LOW,HIGH"),
                                     (2, ["-o", "p.png", "--range", "5%,200%"], "expected LOW,HIGH"),
                                     (2, ["-o", "p.png", "--log", "--range", "0,1"], "begins above 0"),
+                                    (2, ["-o", "p.png", "--volume", "value", "--center", "0.5mid"], "a value, or none"),
+                                    (2, ["-o", "p.png", "--volume", "value", "--center", "1", "--range", "0,2"], "--range says the ends"),
+                                    (2, ["-o", "p.png", "--volume", "value", "--center", "1", "--log"], "has no middle"),
                                     (2, ["-o", "p.png", "--surface", "value"], "CHANNEL=VALUE"),
                                     (2, ["-o", "p.png", "--surface", "value=1:pinkish"], "'pinkish' is no colour"),
                                     (2, ["-o", "p.png", "--surface", "heat=1"], "'value'"),

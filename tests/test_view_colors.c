@@ -1,5 +1,6 @@
 /* Automatic colours and opacities follow from all of the data: known distributions by brute force,
  * and the same to the byte whatever is clipped, chosen, near or coarse. */
+#include <float.h>
 #include <stdlib.h>
 
 #include "check.h"
@@ -198,6 +199,52 @@ static void extremes_of_the_original(void **state)
     tl_view_destroy(view);
 }
 
+/* ---- symmetric ranges ---- */
+
+/* The middle of a diverging map is 0 where values lie on both sides, or the value that is asked
+ * for; a range by hand and a logarithmic scale stay. */
+static void ranges_about_a_value(void **state)
+{
+    static const struct {
+        const char *formula, *words;
+        double low, high;
+    } CASES[] = {
+        {"4*g/99-4/99-1", "range_by=data map=cool-to-warm", -3, 3}, /* from -1 to 3 */
+        {"4*g/99-4/99-1", "map=cool-to-warm", -3, 3},
+        {"4*g/99-4/99-1", "range_by=data map=cool-to-warm reversed=on", -3, 3},
+        {"4*g/99-4/99-1", "range_by=data map=cool-to-warm symmetric=off", -1, 3},
+        {"4*g/99-4/99-1", "range_by=data", -1, 3},
+        {"4*g/99-4/99-1", "range_by=data symmetric=on", -3, 3},
+        {"4*g/99-4/99-1", "range_by=data map=cool-to-warm center=2", -1, 5},
+        {"4*g/99-4/99-1", "range_by=data map=cool-to-warm center=4", -1, 3}, /* none above it */
+        {"4*g/99-4/99-1", "range_by=data symmetric=on center=4", -1, 9},
+        {"4*g/99-4/99-1", "range_by=percent percent=0,100 map=cool-to-warm", -1, 3},
+        {"4*g/99-4/99-1", "range_by=values range=-1,2 map=cool-to-warm symmetric=on", -1, 2},
+        {"g-2", "range_by=data map=cool-to-warm", -1, 98}, /* hardly any below */
+        {"g", "range_by=data map=cool-to-warm logarithmic=on center=10 symmetric=on", 1, 100},
+        {"1-g", "range_by=data map=cool-to-warm", -99, 0},
+        {"(g-50.5)/49.5*1.7e308", "range_by=data symmetric=on center=1e308", -1.7e308, DBL_MAX},
+        {"g*0", "map=cool-to-warm symmetric=on", 0, 0},
+        {"g*0+2", "map=cool-to-warm", 2, 2},
+        {"g*0+2", "map=cool-to-warm symmetric=on", -2, 2}};
+    const stand *s = *state;
+    tl_ctx *ctx = s->ctx;
+    for (size_t i = 0; i < sizeof CASES / sizeof *CASES; i++) {
+        char derive[96], transfer[128];
+        tl_view *view = NULL;
+        snprintf(derive, sizeof derive, "add derive text=\"h=%s\"", CASES[i].formula);
+        snprintf(transfer, sizeof transfer, "add transfer channel=h %s", CASES[i].words);
+        tl_scene *scene = view_scene(ctx, s->sources[0], (const char *[]){derive, transfer, NULL});
+        CHECK_OK(ctx, tl_view_create(ctx, s->sources[0], &view));
+        const tl_values *values = values_of(ctx, view, scene, "h");
+        const double size = fmax(fabs(CASES[i].low), fabs(CASES[i].high));
+        CHECK_NEAR(values->range[0] / fmax(size, 1), CASES[i].low / fmax(size, 1), 1e-6);
+        CHECK_NEAR(values->range[1] / fmax(size, 1), CASES[i].high / fmax(size, 1), 1e-6);
+        tl_view_destroy(view);
+        tl_scene_destroy(ctx, scene);
+    }
+}
+
 /* ---- the same colours ---- */
 
 static bool is_same(const tl_values *a, const tl_values *b)
@@ -374,7 +421,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ranks_of_known_fields), cmocka_unit_test(opacities_of_mesh_and_model),
         cmocka_unit_test(spots_by_volume),       cmocka_unit_test(extremes_of_the_original),
-        cmocka_unit_test(colours_stay),          cmocka_unit_test(pixels_beside_a_cut),
-        cmocka_unit_test(histograms_of_all)};
+        cmocka_unit_test(ranges_about_a_value),  cmocka_unit_test(colours_stay),
+        cmocka_unit_test(pixels_beside_a_cut),   cmocka_unit_test(histograms_of_all)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -77,6 +77,9 @@ TL_API void tl_transfer_at(const tl_transfer *transfer, double value, float rgb[
  * over 0 to 1; *count points, which live as long as the library. NULL for an unknown name. */
 TL_API const char *tl_colormap_name(size_t index);
 TL_API const tl_color_point *tl_colormap(const char *name, size_t *count);
+/* Whether it has two arms that part at its middle, which stands for a value that matters, most
+ * often 0. False for an unknown name. */
+TL_API bool tl_colormap_is_diverging(const char *name);
 
 /* ---- volumes ---- */
 

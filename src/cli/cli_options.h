@@ -47,6 +47,7 @@ typedef enum cli_id {
     CLI_VOLUME,
     CLI_COLORMAP,
     CLI_RANGE,
+    CLI_CENTER,
     CLI_AT,
     CLI_ALONG,
     CLI_INTEGRAL,

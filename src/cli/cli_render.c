@@ -87,6 +87,9 @@ static const cli_option COLORS[] = {
     {CLI_RANGE, 0, "range", CLI_TYPE_TEXT, "LOW,HIGH", NULL, 0, 0,
      "values at the ends of the colour map, or parts of the volume that lie below, as 2%,98%; "
      "without it where most values are"},
+    {CLI_CENTER, 0, "center", CLI_TYPE_TEXT, "V", NULL, 0, 0,
+     "the value in the middle of the colour map, whose ends are as far from it, or none; without "
+     "it 0 of cool-to-warm where values lie on both sides, unless --range is given"},
     {CLI_LOG, 0, "log", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "colours by the logarithm; values that are not above 0 are not seen"},
     {CLI_WRITE_TRANSFER, 0, "write-transfer", CLI_TYPE_OUTPUT, "FILE.json", NULL, 0, 0,

@@ -77,6 +77,7 @@ static int rank_value(cli_scene *scene, tl_node node, const char *name, double p
     const tl_values *values;
     const double percent[2] = {100 * part, 100 * part};
     int failed = cli_scene_text(scene, node, "range_by", "percent");
+    if (!failed) failed = cli_scene_text(scene, node, "symmetric", "off");
     if (!failed) failed = cli_scene_reals(scene, node, "percent", percent, 2);
     if (!failed) failed = channel_values(scene, name, &values);
     if (!failed) *value = values->range[0];
@@ -113,7 +114,27 @@ static int set_range(cli_scene *scene, tl_node node, const char *name)
     return failed ? failed : cli_scene_reals(scene, node, ranks ? "percent" : "range", range, 2);
 }
 
-/* --colormap, --log, --range for a transfer node; those that are given, of a new one all. */
+/* --center V or none. */
+static int set_center(cli_scene *scene, tl_node node)
+{
+    double center = 0;
+    const cli_session *session = scene->session;
+    const char *text = cli_get(session, CLI_CENTER)->text;
+    if (!text) return CLI_DONE;
+    if (strcmp(text, "none") == 0) return cli_scene_text(scene, node, "symmetric", "off");
+    if (!cli_parse_real(text, &center) || !isfinite(center))
+        return cli_misuse(session->args.verb, "--center %s: expected a value, or none", text);
+    if (strcmp(tl_scene_text(scene->volume.scene, node, "range_by"), "values") == 0)
+        return cli_misuse(session->args.verb, "--center %s: --range says the ends", text);
+    if (tl_scene_flag(scene->volume.scene, node, "logarithmic"))
+        return cli_misuse(session->args.verb, "--center %s: a logarithmic scale has no middle",
+                          text);
+    const int failed = cli_scene_text(scene, node, "symmetric", "on");
+    return failed ? failed : cli_scene_real(scene, node, "center", center);
+}
+
+/* --colormap, --log, --range, --center for a transfer node; those that are given, of a new one all.
+ */
 static int set_words(cli_scene *scene, tl_node node, const char *name, bool is_new)
 {
     const cli_session *session = scene->session;
@@ -124,7 +145,8 @@ static int set_words(cli_scene *scene, tl_node node, const char *name, bool is_n
     if (map->given || is_new) failed = cli_scene_text(scene, node, "map", map->text);
     if (!failed && cli_get(session, CLI_LOG)->given)
         failed = cli_scene_flag(scene, node, "logarithmic", true);
-    return failed ? failed : set_range(scene, node, name);
+    if (!failed) failed = set_range(scene, node, name);
+    return failed ? failed : set_center(scene, node);
 }
 
 int cli_scene_channel(cli_scene *scene, const char *name, const char *file,

@@ -36,14 +36,15 @@ static const struct {
     const char *name;
     const tl_color_point *points;
     size_t count;
+    bool is_diverging;
 } MAPS[] = {
-    {"viridis", VIRIDIS, sizeof VIRIDIS / sizeof *VIRIDIS},
-    {"inferno", INFERNO, sizeof INFERNO / sizeof *INFERNO},
-    {"magma", MAGMA, sizeof MAGMA / sizeof *MAGMA},
-    {"plasma", PLASMA, sizeof PLASMA / sizeof *PLASMA},
-    {"cividis", CIVIDIS, sizeof CIVIDIS / sizeof *CIVIDIS},
-    {"cool-to-warm", COOL_TO_WARM, sizeof COOL_TO_WARM / sizeof *COOL_TO_WARM},
-    {"grey", GREYS, sizeof GREYS / sizeof *GREYS},
+    {"viridis", VIRIDIS, sizeof VIRIDIS / sizeof *VIRIDIS, false},
+    {"inferno", INFERNO, sizeof INFERNO / sizeof *INFERNO, false},
+    {"magma", MAGMA, sizeof MAGMA / sizeof *MAGMA, false},
+    {"plasma", PLASMA, sizeof PLASMA / sizeof *PLASMA, false},
+    {"cividis", CIVIDIS, sizeof CIVIDIS / sizeof *CIVIDIS, false},
+    {"cool-to-warm", COOL_TO_WARM, sizeof COOL_TO_WARM / sizeof *COOL_TO_WARM, true},
+    {"grey", GREYS, sizeof GREYS / sizeof *GREYS, false},
 };
 
 const char *tl_colormap_name(size_t index)
@@ -59,4 +60,11 @@ const tl_color_point *tl_colormap(const char *name, size_t *count)
             return MAPS[i].points;
         }
     return NULL;
+}
+
+bool tl_colormap_is_diverging(const char *name)
+{
+    for (size_t i = 0; i < sizeof MAPS / sizeof *MAPS; i++)
+        if (strcmp(MAPS[i].name, name) == 0) return MAPS[i].is_diverging;
+    return false;
 }

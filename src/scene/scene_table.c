@@ -53,6 +53,7 @@ static const char *const RENDERERS[] = {"auto", "gl", "cpu", NULL};
 static const char *const MAPS[] = {"viridis", "inferno",      "magma", "plasma",
                                    "cividis", "cool-to-warm", "grey",  NULL};
 static const char *const RANGES[] = {"most", "data", "percent", "values", NULL};
+static const char *const SYMMETRY[] = {"auto", "on", "off", NULL};
 static const char *const MARKS[] = {"none", "patches", "levels", NULL};
 static const char *const METHODS[] = {"auto", "projected", "rays", NULL};
 static const char *const SHAPES[] = {"tube", "flat", "ribbon", NULL};
@@ -147,6 +148,12 @@ static const tl_prop_info TRANSFER[] = {
      "values at the ends of the map, where range_by is values"},
     {"percent", TL_PROP_REAL, 2, 0, 100, false, NULL, "%", "2 98",
      "parts of the volume below the ends of the map, where range_by is percent"},
+    CHOICE("symmetric", SYMMETRY, "auto",
+           "as far to one side of center as to the other, unless range_by is values or the scale "
+           "is logarithmic; auto: of a diverging map, where range_by is most or data and values "
+           "lie on both sides"),
+    {"center", TL_PROP_REAL, 1, ANY, false, NULL, "channel", "0",
+     "the value in the middle of a symmetric range"},
     {"colors", TL_PROP_LIST, 4, 0, 1, false, NULL, "", "",
      "points of value, red, green, blue in place of the map; auto: the map"},
     {"opacities", TL_PROP_LIST, 2, 0, 1, false, NULL, "", "",

@@ -1,6 +1,7 @@
 /* Paints: how a channel is coloured. What is automatic in its transfer node follows from all of the
  * data, its extremes and the values of a coarse mesh of one size: it stays as it is while the cut
  * moves, and whatever part of the mesh is chosen. */
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,10 +13,14 @@ static const double UNIT_DISTANCE = 0.02;
 /* Part of the volume whose values are left out at either end of "most" where they are far away: the
  * others are in less than this part of the range. */
 static const double TAIL = 0.002, MOST_WIDE = 0.8;
+/* Part of a range that lies on either side of the middle of a diverging map, at least: less is
+ * rounding, or values that have another meaning than their sign. */
+static const double SIDE_LEAST = 0.05;
 /* Channels of larger or smaller numbers are scaled before anything is computed with them. */
 enum { EXPONENT_MOST = 200, EXPONENT_LEAST = -1000 };
 
 typedef enum range_by { BY_MOST, BY_DATA, BY_PERCENT, BY_VALUES } range_by;
+typedef enum symmetry { SYMMETRIC_AUTO, SYMMETRIC_ON, SYMMETRIC_OFF } symmetry;
 
 /* A transfer node, or what holds for a channel without one. */
 typedef struct wishes {
@@ -23,7 +28,8 @@ typedef struct wishes {
     const char *map;
     bool reversed, logarithmic;
     range_by by;
-    double range[2], parts[2], unit_distance;
+    symmetry symmetric;
+    double range[2], parts[2], center, unit_distance;
     tl_value colors, opacities; /* rows */
     tl_value nan;               /* colour */
 } wishes;
@@ -39,6 +45,8 @@ static wishes wishes_of(tl_ctx *ctx, const tl_scene *scene, const char *channel)
     w.reversed = tl_scene_flag(scene, node, "reversed");
     w.logarithmic = tl_scene_flag(scene, node, "logarithmic");
     w.by = (range_by)tl_scene_real(scene, node, "range_by");
+    w.symmetric = (symmetry)tl_scene_real(scene, node, "symmetric");
+    w.center = tl_scene_real(scene, node, "center");
     w.unit_distance = tl_scene_real(scene, node, "unit_distance");
     if (!tl_scene_get(ctx, scene, node, "range", &value) && value.count == 2)
         memcpy(w.range, value.reals, sizeof w.range);
@@ -95,11 +103,28 @@ static void find_ranks(const wishes *w, const tli_scalar *scalar, double shown[2
     double ends[2] = {low, high};
     for (int i = 0; scalar->spread_count && i < 2; i++) {
         const double part = by_percent ? w->parts[i] : i ? 1 - TAIL : TAIL;
-        /* values of a coarse mesh may pass those of the original */
-        ends[i] = fmin(fmax(tli_rank_value(scalar, part), low), high);
+        /* values of a coarse mesh may pass those of the original; spots miss the very extremes */
+        if (part > 0 && part < 1) ends[i] = fmin(fmax(tli_rank_value(scalar, part), low), high);
+        if (part >= 1) ends[i] = high;
+        if (part <= 0) ends[i] = low;
     }
     if (by_percent || (ends[0] < ends[1] && ends[1] - ends[0] < MOST_WIDE * (high - low)))
         memcpy(shown, ends, sizeof ends);
+}
+
+/* The same length on both sides of the middle. */
+static void balance(const wishes *w, double center, double shown[2])
+{
+    const double sides[2] = {center - shown[0], shown[1] - center};
+    const double least = SIDE_LEAST * (shown[1] - shown[0]), half = fmax(sides[0], sides[1]);
+    const bool is_signed = tl_colormap_is_diverging(w->map) &&
+                           (w->by == BY_MOST || w->by == BY_DATA) && sides[0] > 0 && sides[1] > 0 &&
+                           fmin(sides[0], sides[1]) >= least;
+    if (w->logarithmic || w->symmetric == SYMMETRIC_OFF ||
+        (w->symmetric == SYMMETRIC_AUTO && !is_signed))
+        return;
+    shown[0] = center - half;
+    shown[1] = center + half;
 }
 
 static tl_status set_range(tl_ctx *ctx, const wishes *w, const tli_scalar *scalar, tli_paint *paint)
@@ -115,9 +140,12 @@ static tl_status set_range(tl_ctx *ctx, const wishes *w, const tli_scalar *scala
         return tl_fail(ctx, TL_ERR_ARG, "%s.percent: from %g to %g, expected the lower one first",
                        w->node, 100 * w->parts[0], 100 * w->parts[1]);
     if (w->by != BY_DATA) find_ranks(w, scalar, shown);
-    for (int i = 0; i < 2; i++) /* an extreme to the bit */
-        v->range[i] =
-            shown[i] == tli_paint_shown(paint, all[i]) ? all[i] : tli_paint_value(paint, shown[i]);
+    balance(w, paint->factor * w->center, shown);
+    for (int i = 0; i < 2; i++) { /* an extreme to the bit, and none that is too large */
+        const bool is_extreme = shown[i] == tli_paint_shown(paint, all[i]);
+        const double value = is_extreme ? all[i] : tli_paint_value(paint, shown[i]);
+        v->range[i] = fmin(fmax(value, -DBL_MAX), DBL_MAX);
+    }
     return TL_OK;
 }
 
