@@ -139,19 +139,19 @@ tl_status tli_body_spread(tl_ctx *ctx, const tli_body *body, tli_scalar *scalar)
     tl_status st = TL_OK;
     size_t count = 0;
     if (scalar->spread) return TL_OK;
-    uint64_t *bits = tl_mem_alloc(ctx, body->spot_count, sizeof *bits, &st);
-    double *spread = tl_mem_alloc(body->ctx, body->spot_count, sizeof *spread, &st);
+    uint64_t *bits = tl_mem_alloc(body->ctx, body->spot_count, sizeof *bits, &st);
     for (size_t i = 0; !st && i < body->spot_count; i++) {
         const double value = value_at_spot(body, scalar->values, i);
         if (isfinite(value)) bits[count++] = bits_of(value);
     }
     if (!st) st = tli_sort_u64(ctx, bits, NULL, count);
-    for (size_t i = 0; !st && i < count; i++) spread[i] = value_of(bits[i]);
-    tl_mem_free(ctx, bits);
     if (st) {
-        tl_mem_free(body->ctx, spread);
+        tl_mem_free(body->ctx, bits);
         return st;
     }
+    _Static_assert(sizeof(double) == sizeof *bits, "they take the place of their bits");
+    double *spread = (double *)bits;
+    for (size_t i = 0; i < count; i++) spread[i] = value_of(bits[i]);
     scalar->spread = spread;
     scalar->spread_count = count;
     return TL_OK;
