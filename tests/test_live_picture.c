@@ -82,10 +82,13 @@ static void test_bytes(void **state)
                                 {255, 255, 255, 255}};
     uint8_t bytes[20];
     memcpy(image->rgba, colors, sizeof colors);
-    CHECK_OK(ctx, tli_live_bytes(ctx, image, NULL, bytes));
+    CHECK_OK(ctx, tli_live_bytes(ctx, image, NULL, false, bytes));
     CHECK_EQ(memcmp(bytes, clear, sizeof clear), 0);
-    CHECK_OK(ctx, tli_live_bytes(ctx, image, (const double[3]){0, 0, 1}, bytes));
+    CHECK_OK(ctx, tli_live_bytes(ctx, image, (const double[3]){0, 0, 1}, false, bytes));
     CHECK_EQ(memcmp(bytes, blue, sizeof blue), 0);
+    CHECK_OK(ctx, tli_live_bytes(ctx, image, (const double[3]){0, 0, 1}, true, bytes));
+    for (int p = 0; p < 5; p++)
+        for (int k = 0; k < 4; k++) CHECK_EQ(bytes[4 * p + k], blue[p][k < 3 ? 2 - k : k]);
     tl_image_destroy(ctx, image);
     check_ctx_destroy(ctx);
 }

@@ -30,6 +30,7 @@ typedef struct tl_live_opts {
     tl_renderer_kind renderer; /* default TL_RENDERER_AUTO: what the scene says. Else this one,
                                   whatever the scene says */
     uint64_t ram_bytes;        /* where the scene says 0; default 0: half of the machine's memory */
+    bool is_bgra; /* default false; true: frames have blue first, as windows take them */
     uint64_t throttle_bytes_s; /* models are read no faster than this, for tests; default 0 */
     tl_live_notify_fn notify;  /* default NULL */
     void *user;                /* handed to notify */
@@ -77,7 +78,8 @@ TL_API void tl_live_set_moving(tl_live *live, bool moving);
 typedef struct tl_frame {
     uint64_t number;               /* counts from 1 */
     uint32_t width, height;        /* pixels; that of tl_live_set_size when it was begun */
-    const uint8_t *rgba;           /* [height][width][4] sRGB times opacity, rows from the top */
+    const uint8_t *rgba;           /* [height][width][4] sRGB times opacity, rows from the top;
+                                      with opts.is_bgra blue, green, red, opacity */
     const float *depth;            /* [height][width] as that of tl_image */
     tl_camera camera;              /* its size_px is width, height */
     uint64_t scene_version;        /* tl_scene_version of the scene it was drawn with */

@@ -29,6 +29,9 @@ void tli_frame_place(const tli_frame *frame, const double xyz[3], double out[3])
 tl_status tli_image_check(tl_ctx *ctx, uint32_t width, uint32_t height);
 /* Colours times opacity [count][4] in 8 bits, in front of a background [3]; NULL: of nothing. */
 void tli_pixels_pack(const float *colors, size_t count, const float *background, uint8_t *rgba);
+/* The same with blue first. */
+void tli_pixels_pack_bgra(const float *colors, size_t count, const float *background,
+                          uint8_t *bgra);
 
 /* ---- transfer functions ---- */
 

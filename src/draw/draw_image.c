@@ -90,11 +90,23 @@ static inline uint8_t byte_of(float value)
     return (uint8_t)(int)(value * 255 + 0.5F);
 }
 
-void tli_pixels_pack(const float *colors, size_t count, const float *background, uint8_t *rgba)
+static inline void pack(const float *colors, size_t count, const float *background, bool bgra,
+                        uint8_t *bytes)
 {
     const float behind[4] = {background ? background[0] : 0, background ? background[1] : 0,
                              background ? background[2] : 0, background ? 1 : 0};
     for (size_t p = 0; p < count; p++)
         for (size_t k = 0; k < 4; k++)
-            rgba[4 * p + k] = byte_of(colors[4 * p + k] + (1 - colors[4 * p + 3]) * behind[k]);
+            bytes[4 * p + (bgra && k < 3 ? 2 - k : k)] =
+                byte_of(colors[4 * p + k] + (1 - colors[4 * p + 3]) * behind[k]);
+}
+
+void tli_pixels_pack(const float *colors, size_t count, const float *background, uint8_t *rgba)
+{
+    pack(colors, count, background, false, rgba);
+}
+
+void tli_pixels_pack_bgra(const float *colors, size_t count, const float *background, uint8_t *bgra)
+{
+    pack(colors, count, background, true, bgra);
 }

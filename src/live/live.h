@@ -286,8 +286,8 @@ tli_live_task tli_live_next(const tl_live *live, double now_s, double *wait_s);
  * depths of the nearest. Pixels are squares of the same size in x and y; the middles of both
  * pictures are at one place. */
 tl_status tli_live_enlarge(tl_ctx *ctx, const tl_image *small, tl_image *large);
-/* 8 bits of a picture in front of a background (sRGB; NULL: none). */
-tl_status tli_live_bytes(tl_ctx *ctx, const tl_image *image, const double *background,
-                         uint8_t *rgba);
+/* 8 bits of a picture in front of a background (sRGB; NULL: none), red or blue first. */
+tl_status tli_live_bytes(tl_ctx *ctx, const tl_image *image, const double *background, bool is_bgra,
+                         uint8_t *bytes);
 
 #endif

@@ -215,7 +215,7 @@ static tl_status draw(drawer *d, const shot *s)
         st = tl_scene_get(d->ctx, s->scene->scene, TL_NODE_PICTURE + 1, "background", &background);
     if (!st)
         st = tli_live_bytes(d->ctx, image, background.count == 3 ? background.reals : NULL,
-                            s->slot->rgba);
+                            d->live->opts.is_bgra, s->slot->rgba);
     if (!st) memcpy(s->slot->depth, image->depth, pixels * sizeof *image->depth);
     tl_image_destroy(d->ctx, image);
     return st;

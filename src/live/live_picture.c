@@ -81,8 +81,8 @@ tl_status tli_live_enlarge(tl_ctx *ctx, const tl_image *small, tl_image *large)
 typedef struct rounding {
     const tl_image *image;
     float background[3];
-    bool has_background;
-    uint8_t *rgba;
+    bool has_background, is_bgra;
+    uint8_t *bytes;
 } rounding;
 
 static tl_status round_rows(void *arg, size_t begin, size_t end, unsigned worker)
@@ -90,15 +90,17 @@ static tl_status round_rows(void *arg, size_t begin, size_t end, unsigned worker
     const rounding *r = arg;
     (void)worker;
     size_t first = begin * r->image->width, behind = end * r->image->width;
-    tli_pixels_pack(r->image->rgba + 4 * first, behind - first,
-                    r->has_background ? r->background : NULL, r->rgba + 4 * first);
+    (r->is_bgra ? tli_pixels_pack_bgra
+                : tli_pixels_pack)(r->image->rgba + 4 * first, behind - first,
+                                   r->has_background ? r->background : NULL, r->bytes + 4 * first);
     return TL_OK;
 }
 
-tl_status tli_live_bytes(tl_ctx *ctx, const tl_image *image, const double *background,
-                         uint8_t *rgba)
+tl_status tli_live_bytes(tl_ctx *ctx, const tl_image *image, const double *background, bool is_bgra,
+                         uint8_t *bytes)
 {
-    rounding r = {.image = image, .has_background = background != NULL, .rgba = rgba};
+    rounding r = {
+        .image = image, .has_background = background != NULL, .is_bgra = is_bgra, .bytes = bytes};
     for (int k = 0; k < 3 && background; k++) r.background[k] = (float)background[k];
     return tli_parallel(ctx, image->height, GRAIN_ROWS, round_rows, &r);
 }

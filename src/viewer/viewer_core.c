@@ -335,6 +335,7 @@ bool viewer_core_create(viewer *v)
     opts.ram_bytes = (uint64_t)v->words->memory_bytes;
     opts.throttle_bytes_s = (uint64_t)v->words->throttle_bytes_s;
     opts.renderer = v->words->renderer;
+    opts.is_bgra = true; /* what the window is painted from: nothing is converted */
     opts.notify = on_notify;
     opts.user = v;
     ctx_opts.thread_count = 1;

@@ -2,7 +2,10 @@
  * finer than the one before, of the same view, is faded in, so that refinement does not jump.
  * Frames that move come as they are.
  *
- * A frame is a GdkMemoryTexture on the pixels of the live view: nothing is copied here. */
+ * A frame is a GdkMemoryTexture on the pixels of the live view: nothing is copied here. GTK's
+ * renderer on the processor turns textures of any format into floats and back (4.8: 5 ms for 1,200
+ * x 760 pixels), so that it gets the pixels as a surface of cairo, as which they are made (0.3 ms).
+ */
 #include "viewer_core.h"
 
 #include <math.h>
@@ -53,6 +56,21 @@ static void draw_tools(ViewerPicture *self, GtkSnapshot *snapshot, double width,
     if (cr) cairo_destroy(cr);
 }
 
+/* Name of the surface of a texture. */
+static const char SURFACE[] = "tetralod-surface";
+
+static void append_surface(GtkSnapshot *s, cairo_surface_t *surface, const graphene_rect_t *place,
+                           double scale)
+{
+    cairo_t *cr = gtk_snapshot_append_cairo(s, place);
+    cairo_translate(cr, (double)place->origin.x, (double)place->origin.y);
+    cairo_scale(cr, scale, scale);
+    cairo_set_source_surface(cr, surface, 0, 0);
+    if (scale == 1) cairo_pattern_set_filter(cairo_get_source(cr), CAIRO_FILTER_NEAREST);
+    cairo_paint(cr);
+    cairo_destroy(cr);
+}
+
 /* A frame of another size, while the window's changes, is shown as the one to come: as high as the
  * view, since angles count from its lower to its upper edge. */
 static void append(GtkSnapshot *s, GdkTexture *texture, double width, double height)
@@ -61,7 +79,11 @@ static void append(GtkSnapshot *s, GdkTexture *texture, double width, double hei
     const double wide = scale * gdk_texture_get_width(texture);
     const graphene_rect_t place =
         GRAPHENE_RECT_INIT((float)((width - wide) / 2), 0, (float)wide, (float)height);
-    gtk_snapshot_append_texture(s, texture, &place);
+    cairo_surface_t *surface = g_object_get_data(G_OBJECT(texture), SURFACE);
+    if (surface)
+        append_surface(s, surface, &place, scale);
+    else
+        gtk_snapshot_append_texture(s, texture, &place);
 }
 
 static void snapshot(GtkWidget *widget, GtkSnapshot *s)
@@ -97,6 +119,28 @@ static gboolean on_fade(GtkWidget *widget, GdkFrameClock *clock, gpointer data)
     return G_SOURCE_REMOVE;
 }
 
+static void release_bytes(void *bytes)
+{
+    g_bytes_unref(bytes);
+}
+
+/* The pixels as a surface, where the window is painted by cairo, whose pixels are theirs. */
+static void add_surface(GtkWidget *picture, GdkTexture *texture, GBytes *bytes, int width,
+                        int height)
+{
+    static const cairo_user_data_key_t key;
+    GtkNative *native = gtk_widget_get_native(picture);
+    if (G_BYTE_ORDER != G_LITTLE_ENDIAN || !native ||
+        !GSK_IS_CAIRO_RENDERER(gtk_native_get_renderer(native)))
+        return;
+    guchar *pixels = (guchar *)(uintptr_t)g_bytes_get_data(bytes, NULL); /* only read */
+    cairo_surface_t *surface =
+        cairo_image_surface_create_for_data(pixels, CAIRO_FORMAT_ARGB32, width, height, 4 * width);
+    cairo_surface_set_user_data(surface, &key, g_bytes_ref(bytes), release_bytes);
+    g_object_set_data_full(G_OBJECT(texture), SURFACE, surface,
+                           (GDestroyNotify)cairo_surface_destroy);
+}
+
 void viewer_picture_show(GtkWidget *picture, GBytes *bytes, uint32_t width, uint32_t height,
                          bool is_finer)
 {
@@ -104,9 +148,11 @@ void viewer_picture_show(GtkWidget *picture, GBytes *bytes, uint32_t width, uint
     GdkTexture *former = self->texture;
     self->texture = NULL;
     end_fade(self);
-    if (bytes)
+    if (bytes) {
         self->texture = gdk_memory_texture_new(
-            (int)width, (int)height, GDK_MEMORY_R8G8B8A8_PREMULTIPLIED, bytes, (gsize)width * 4);
+            (int)width, (int)height, GDK_MEMORY_B8G8R8A8_PREMULTIPLIED, bytes, (gsize)width * 4);
+        add_surface(picture, self->texture, bytes, (int)width, (int)height);
+    }
     if (is_finer && former && self->texture) {
         self->former = former;
         self->fade_begin = g_get_monotonic_time();
