@@ -427,6 +427,7 @@ LOOKUP_TABLE default
                             (("--slice", "x=7"), "slice1 is empty: its plane lies beside the mesh, x -1 .. 1"),
                             (("--interfaces",), "boundary1 is empty: the mesh has no two regions that touch"),
                             (("--derive", "n=7", "--points", "n"), "points1 is empty: 'n' goes from 7 to 7"),
+                            (("--derive", "n=-1-value", "--volume", "n", "--log"), "no value of 'n' is above 0: a logarithmic scale shows none"),
                             (("--derive", "u=grad(value)", "--lines", "u", "--seeds", "line:7,0,0,8,0,0:9"),
                              "of which 9 lie outside of the mesh")):
             with self.subTest(words):

@@ -245,6 +245,24 @@ static void ranges_about_a_value(void **state)
     }
 }
 
+/* One value has the colour of a map's middle: neither cold nor warm. */
+static void one_value(void **state)
+{
+    const stand *s = *state;
+    tl_ctx *ctx = s->ctx;
+    tl_view *view = NULL;
+    float rgb[3];
+    double extinction;
+    tl_scene *scene = view_scene(ctx, s->sources[0],
+                                 (const char *[]){"add derive text=h=7+0*f",
+                                                  "add transfer channel=h map=cool-to-warm", NULL});
+    CHECK_OK(ctx, tl_view_create(ctx, s->sources[0], &view));
+    tl_transfer_at(values_of(ctx, view, scene, "h")->transfer, 7, rgb, &extinction);
+    for (int k = 0; k < 3; k++) CHECK_NEAR((double)rgb[k], 0.865, 1e-3);
+    tl_view_destroy(view);
+    tl_scene_destroy(ctx, scene);
+}
+
 /* ---- the same colours ---- */
 
 static bool is_same(const tl_values *a, const tl_values *b)
@@ -421,7 +439,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ranks_of_known_fields), cmocka_unit_test(opacities_of_mesh_and_model),
         cmocka_unit_test(spots_by_volume),       cmocka_unit_test(extremes_of_the_original),
-        cmocka_unit_test(ranges_about_a_value),  cmocka_unit_test(colours_stay),
-        cmocka_unit_test(pixels_beside_a_cut),   cmocka_unit_test(histograms_of_all)};
+        cmocka_unit_test(ranges_about_a_value),  cmocka_unit_test(one_value),
+        cmocka_unit_test(colours_stay),          cmocka_unit_test(pixels_beside_a_cut),
+        cmocka_unit_test(histograms_of_all)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

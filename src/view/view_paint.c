@@ -158,7 +158,8 @@ static double shown_point(const tli_paint *paint, double value)
                            paint->values.logarithmic && !(value > 0) ? paint->values.least : value);
 }
 
-/* The points of a map over the range, or of the node's own colours, over whose range they go. */
+/* The points of a map over the range, its middle if that is one value, or of the node's own
+ * colours, over whose range they go. */
 static tl_status set_colors(tl_ctx *ctx, const wishes *w, tli_paint *paint)
 {
     tl_status st = TL_OK;
@@ -186,6 +187,7 @@ static tl_status set_colors(tl_ctx *ctx, const wishes *w, tli_paint *paint)
             *p = map[w->reversed ? count - 1 - i : i];
             const double at = w->reversed ? 1 - p->value : p->value;
             p->value = shown[0] + at * (shown[1] - shown[0]);
+            if (shown[0] == shown[1]) memcpy(p->rgb, map[count / 2].rgb, sizeof p->rgb);
         }
     }
     memcpy(v->shown_range, shown, sizeof shown);
@@ -272,6 +274,9 @@ static tl_status fill(tl_ctx *ctx, const wishes *w, const subject *of, tli_paint
     paint->factor = tli_factor(v->logarithmic, extremes);
     st = tli_body_scalar(ctx, of->whole, of->name, v->logarithmic, paint->factor, &scalar);
     if (!st) st = tli_body_spread(ctx, of->whole, scalar);
+    if (!st && v->logarithmic && !scalar->spread_count)
+        tl_log(ctx, TL_LOG_WARNING, "no value of '%s' is above 0: a logarithmic scale shows none",
+               of->name);
     if (!st) st = set_range(ctx, w, scalar, paint);
     if (!st) st = set_colors(ctx, w, paint);
     if (!st) st = set_opacities(ctx, w, scalar, paint);
