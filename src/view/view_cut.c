@@ -248,8 +248,10 @@ tl_status tli_view_move(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     const bool has_all = a.is_bounded && view->state.bounds_kept;
     view->is_limited =
         stays ? !has_all && !is_frozen(scene) : a.is_coarser || (a.is_smaller && !has_all);
+    /* the camera is the one that the cut was made for */
+    const bool is_first = !view->has_view;
     view->has_view = request->camera != NULL;
-    if (view->has_view) view->camera = *request->camera;
+    if (view->has_view && (is_first || !stays)) view->camera = *request->camera;
     view->has_cut = true;
     return TL_OK;
 }
