@@ -93,6 +93,10 @@ static void frames_in_a_row(void **state)
             CHECK(!frame || tl_renderer_card_bytes(r) == held);
             held = tl_renderer_card_bytes(r);
             tl_image_destroy(ctx, image);
+            tl_ctx_cancel(ctx, true); /* the next one is as if this one had not been begun */
+            CHECK_STATUS(tl_renderer_draw_bytes(ctx, r, &camera, sky, bytes, depth),
+                         TL_ERR_CANCELLED);
+            tl_ctx_cancel(ctx, false);
         }
         tl_camera none = tl_camera_defaults();
         none.size_px[0] = 0;

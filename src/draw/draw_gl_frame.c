@@ -166,6 +166,13 @@ static tl_status open_slabs(tl_ctx *ctx, tli_gl_state *s, const tli_gl_view *vie
     return TL_OK;
 }
 
+/* Between parts of a picture, of which a card or a processor in its place has done some. */
+static tl_status go_on(tl_ctx *ctx)
+{
+    return tli_ctx_is_cancelled(ctx) ? tl_fail(ctx, TL_ERR_CANCELLED, "cancelled during a picture")
+                                     : TL_OK;
+}
+
 /* What is translucent, far layers first, with the volume in between. */
 static tl_status draw_layers(tl_ctx *ctx, tli_gl_state *s, const tli_gl_view *view,
                              tli_item *const *items, size_t item_count)
@@ -198,6 +205,7 @@ static tl_status draw_layers(tl_ctx *ctx, tli_gl_state *s, const tli_gl_view *vi
             if (more || i + 1 < count) cover(s, layers[i]->color);
         }
         limits[0] = limits[count];
+        if (!st) st = go_on(ctx);
     }
     return st;
 }
@@ -271,10 +279,11 @@ tl_status tli_gl_frame_draw(tl_ctx *ctx, tli_gl_state *s, tli_gl_view *view, tli
     if (st) return st;
     set_depths(view, items, item_count);
     draw_opaque(s, view, items, item_count, background);
-    if (!is_opaque) st = draw_rest(ctx, s, view, items, item_count);
+    st = go_on(ctx);
+    if (!is_opaque && !st) st = draw_rest(ctx, s, view, items, item_count);
     *drawn = is_opaque ? &s->opaque : &s->sum;
     if (!st) st = tli_gl_check(ctx, s->gl);
-    if (st) { /* the card may not have what was asked for */
+    if (st && st != TL_ERR_CANCELLED) { /* the card may not have what was asked for */
         tli_gl_lists_free(s->gl, &s->caster.entries);
         tli_gl_lists_free(s->gl, &s->caster.layers);
     }
