@@ -29,6 +29,24 @@ static inline tl_mesh *real_read(tl_ctx *ctx, const real_file *file)
     return mesh;
 }
 
+/* Calls look for each of the files that there are, with its number from 1 on; skips without any. */
+static inline void real_each(const real_file *files, size_t count,
+                             void (*look)(tl_ctx *ctx, tl_mesh *mesh, const char *name,
+                                          uint64_t number))
+{
+    size_t found = 0;
+    tl_ctx *ctx = check_ctx_create(2);
+    for (size_t i = 0; i < count; i++) {
+        tl_mesh *mesh = real_read(ctx, &files[i]);
+        if (!mesh) continue;
+        look(ctx, mesh, files[i].name, i + 1);
+        found++;
+    }
+    tl_ctx_destroy(ctx);
+    if (!found) CHECK_SKIP("no data: set TETRALOD_DATA to the folder of data sets");
+    CHECK_EQ(found, count);
+}
+
 /* Bad tets do not grow in number, topology and volume stay, the boundary is where it was said to
  * be, every error is as small as it was said to be and as was asked. */
 static inline void real_check(const tl_mesh *mesh, const shrunk *s, const tl_simplify_opts *opts)

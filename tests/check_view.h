@@ -96,6 +96,17 @@ static inline tl_content *view_build(tl_ctx *ctx, tl_view *view, const tl_scene 
     return content;
 }
 
+/* Destroys all that a test has; NULL: there is none. */
+static inline void view_close(tl_ctx *ctx, tl_content *content, tl_view *view, tl_scene *scene,
+                              tl_source *source)
+{
+    tl_content_destroy(ctx, content);
+    tl_view_destroy(view);
+    tl_scene_destroy(ctx, scene);
+    tl_source_destroy(source);
+    check_ctx_destroy(ctx);
+}
+
 /* The picture of what is shown, from the scene's camera. */
 static inline tl_image *view_draw(tl_ctx *ctx, tl_shown *shown, const tl_content *content,
                                   const tl_scene *scene)

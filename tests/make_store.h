@@ -8,6 +8,7 @@
 #include "codec/codec.h"
 #include "store/store.h"
 
+#include "check_file.h"
 #include "make_mesh.h"
 
 #define MAKE_STORE_LEVELS_MAX 12
@@ -376,20 +377,6 @@ static inline void make_store_small(make_store *m)
     m->vert_count = 5;
     m->with_twins = true;
     make_store_open(m);
-}
-
-/* Bytes of a file, by malloc. */
-static inline uint8_t *make_store_load(const char *path, size_t *byte_count)
-{
-    FILE *file = fopen(path, "rb");
-    CHECK(file);
-    CHECK_EQ(fseek(file, 0, SEEK_END), 0);
-    *byte_count = (size_t)ftell(file);
-    rewind(file);
-    uint8_t *bytes = malloc(*byte_count + 1);
-    CHECK(bytes && fread(bytes, 1, *byte_count, file) == *byte_count);
-    fclose(file);
-    return bytes;
 }
 
 #endif

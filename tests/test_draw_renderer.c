@@ -42,26 +42,37 @@ static void kinds_of_renderers(void **state)
     check_ctx_destroy(ctx);
 }
 
+typedef struct triangle {
+    double xyz[9];
+    tl_lidx corners[3];
+    tl_polydata p; /* of these */
+} triangle;
+
+static void triangle_make(triangle *t)
+{
+    *t = (triangle){.xyz = {0, 0, 0, 1, 0, 0, 0, 1, 0}, .corners = {0, 1, 2}};
+    t->p = (tl_polydata){TL_POLY_TRIANGLES, 3, t->xyz, NULL, 1, t->corners, NULL, NULL, 0};
+}
+
 static void looks_out_of_range(void **state)
 {
     (void)state;
     tl_ctx *ctx = check_ctx_create(1);
     tl_renderer *r = open_null(ctx);
-    double xyz[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    tl_lidx corners[3] = {0, 1, 2};
-    tl_polydata p = {TL_POLY_TRIANGLES, 3, xyz, NULL, 1, corners, NULL, NULL, 0};
+    triangle one;
+    triangle_make(&one);
     tl_item item = 0;
-    CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &p, NULL, &item));
+    CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &one.p, NULL, &item));
     CHECK(item != 0);
     for (int wrong = 0; wrong < 6; wrong++) {
         tl_look look = tl_look_defaults();
         if (wrong == 0) look.opacity = 1.5;
         if (wrong == 1) look.rgb[1] = (double)NAN;
-        if (wrong == 2) look.scalar = xyz;
+        if (wrong == 2) look.scalar = one.xyz;
         if (wrong == 3) look.diffuse = -1;
         if (wrong == 4) look.shininess = 0;
         if (wrong == 5) look.struct_bytes = 0;
-        CHECK_STATUS(tl_renderer_add_surface(ctx, r, &p, &look, &item), TL_ERR_ARG);
+        CHECK_STATUS(tl_renderer_add_surface(ctx, r, &one.p, &look, &item), TL_ERR_ARG);
         CHECK_EQ(item, 0);
     }
     tl_renderer_destroy(ctx, r);
@@ -73,11 +84,12 @@ static void polydata_that_is_none(void **state)
     (void)state;
     tl_ctx *ctx = check_ctx_create(1);
     tl_renderer *r = open_null(ctx);
-    double xyz[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    tl_lidx corners[3] = {0, 1, 2}, beyond[3] = {0, 1, 3}, starts[2] = {0, 3}, back[3] = {0, 3, 1};
-    tl_polydata triangles = {TL_POLY_TRIANGLES, 3, xyz, NULL, 1, corners, NULL, NULL, 0};
-    tl_polydata lines = {TL_POLY_LINES, 3, xyz, NULL, 1, corners, starts, NULL, 0};
-    tl_polydata points = {TL_POLY_POINTS, 3, xyz, NULL, 3, NULL, NULL, NULL, 0};
+    triangle one;
+    triangle_make(&one);
+    tl_lidx beyond[3] = {0, 1, 3}, starts[2] = {0, 3}, back[3] = {0, 3, 1};
+    tl_polydata triangles = one.p;
+    tl_polydata lines = {TL_POLY_LINES, 3, one.xyz, NULL, 1, one.corners, starts, NULL, 0};
+    tl_polydata points = {TL_POLY_POINTS, 3, one.xyz, NULL, 3, NULL, NULL, NULL, 0};
     CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &triangles, NULL, NULL));
     CHECK_OK(ctx, tl_renderer_add_lines(ctx, r, &lines, NULL, NULL, NULL));
     CHECK_OK(ctx, tl_renderer_add_points(ctx, r, &points, NULL, NULL, NULL));
@@ -88,7 +100,7 @@ static void polydata_that_is_none(void **state)
     CHECK_STATUS(tl_renderer_add_surface(ctx, r, &triangles, NULL, NULL), TL_ERR_ARG);
     CHECK(strstr(tl_ctx_message(ctx), "corner 2 of the triangles is vertex 3 of 3"));
     CHECK_STATUS(tl_renderer_add_lines(ctx, r, &lines, NULL, NULL, NULL), TL_ERR_ARG);
-    lines.corners = corners;
+    lines.corners = one.corners;
     lines.starts = back;
     lines.cell_count = 2;
     CHECK_STATUS(tl_renderer_add_lines(ctx, r, &lines, NULL, NULL, NULL), TL_ERR_ARG);
@@ -167,23 +179,22 @@ static void order_of_calls(void **state)
     (void)state;
     tl_ctx *ctx = check_ctx_create(1);
     tl_renderer *r = open_null(ctx);
-    double xyz[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-    tl_lidx corners[3] = {0, 1, 2};
-    tl_polydata p = {TL_POLY_TRIANGLES, 3, xyz, NULL, 1, corners, NULL, NULL, 0};
+    triangle one;
+    triangle_make(&one);
     tl_camera camera = camera_of(8);
     tl_image *image = NULL;
     tl_item first = 0, second = 0;
     CHECK_OK(ctx, tl_image_create(ctx, 8, 8, &image));
     CHECK_OK(ctx, tl_renderer_draw(ctx, r, &camera, image));
-    CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &p, NULL, &first));
+    CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &one.p, NULL, &first));
     CHECK_OK(ctx, tl_renderer_draw(ctx, r, &camera, image));
-    xyz[4] = 2;
+    one.xyz[4] = 2;
     CHECK_STATUS(tl_renderer_draw(ctx, r, &camera, image), TL_ERR_ARG);
     CHECK(strstr(tl_ctx_message(ctx), "thing 1 "));
     tl_renderer_remove(ctx, r, first);
     tl_renderer_remove(ctx, r, first);
     tl_renderer_remove(ctx, r, 0);
-    CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &p, NULL, &second));
+    CHECK_OK(ctx, tl_renderer_add_surface(ctx, r, &one.p, NULL, &second));
     CHECK(second > first);
     CHECK_OK(ctx, tl_renderer_draw(ctx, r, &camera, image));
     camera.size_px[0] = 9;
@@ -193,12 +204,37 @@ static void order_of_calls(void **state)
     check_ctx_destroy(ctx);
 }
 
+static void pictures_are_reduced(void **state)
+{
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(1);
+    tl_image *image = NULL, *small = NULL;
+    CHECK_OK(ctx, tl_image_create(ctx, 4, 2, &image));
+    for (size_t i = 0; i < 8; i++) {
+        for (size_t k = 0; k < 4; k++) image->rgba[4 * i + k] = (float)(i + 10 * k);
+        image->depth[i] = i == 6 ? 3 : INFINITY;
+    }
+    CHECK_OK(ctx, tl_image_reduce(ctx, image, 2, &small));
+    CHECK_EQ(small->width, 2);
+    CHECK_EQ(small->height, 1);
+    for (size_t x = 0; x < 2; x++) /* of pixels 0 1 4 5, and 2 3 6 7 */
+        for (size_t k = 0; k < 4; k++)
+            CHECK_NEAR(small->rgba[4 * x + k], 2.5 + 2 * (double)x + 10 * (double)k, 1e-6);
+    CHECK(isinf(small->depth[0]) && small->depth[1] == 3);
+    tl_image_destroy(ctx, small);
+    CHECK_STATUS(tl_image_reduce(ctx, image, 3, &small), TL_ERR_ARG);
+    CHECK_STATUS(tl_image_reduce(ctx, image, 0, &small), TL_ERR_ARG);
+    tl_image_destroy(ctx, image);
+    check_ctx_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(kinds_of_renderers),    cmocka_unit_test(looks_out_of_range),
-        cmocka_unit_test(polydata_that_is_none), cmocka_unit_test(options_out_of_range),
-        cmocka_unit_test(slices_and_volumes),    cmocka_unit_test(order_of_calls),
+        cmocka_unit_test(polydata_that_is_none), cmocka_unit_test(pictures_are_reduced),
+        cmocka_unit_test(options_out_of_range),  cmocka_unit_test(slices_and_volumes),
+        cmocka_unit_test(order_of_calls),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

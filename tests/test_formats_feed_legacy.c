@@ -2,6 +2,7 @@
  * what no window can take is read as a whole; broken files fail as they do as a whole. */
 #include "check_ctx.h"
 #include "check_feed.h"
+#include "check_file.h"
 #include "check_grid.h"
 #include "tetralod/model.h"
 
@@ -231,19 +232,6 @@ static void test_whole(void **state)
     tl_ctx_destroy(ctx);
 }
 
-static void *read_all(const char *path, size_t *bytes)
-{
-    FILE *file = fopen(path, "rb");
-    CHECK(file != NULL);
-    fseek(file, 0, SEEK_END);
-    *bytes = (size_t)ftell(file);
-    rewind(file);
-    char *all = malloc(*bytes + 1);
-    CHECK_EQ(fread(all, 1, *bytes, file), *bytes);
-    fclose(file);
-    return all;
-}
-
 /* What our writer writes; and its model has the bytes of that of the same mesh as VTU. */
 static void test_written(void **state)
 {
@@ -262,7 +250,7 @@ static void test_written(void **state)
         tl_build_result result;
         CHECK_OK(ctx, tl_model_build(ctx, i ? "g.vtk" : "g.vtu", NULL, "g.tlod", &opts, &result));
         tl_build_release(ctx, &result);
-        all[i] = read_all("g.tlod", &bytes[i]);
+        all[i] = check_file_load("g.tlod", &bytes[i]);
     }
     CHECK_EQ(bytes[0], bytes[1]);
     CHECK(memcmp(all[0], all[1], bytes[0]) == 0);
@@ -300,7 +288,7 @@ static void test_broken(void **state)
             write_structured("b.vtk", "STRUCTURED_GRID", dims, true);
         else
             write_mixed("b.vtk", dims, i % 3 ? 5 : 3);
-        char *all = read_all("b.vtk", &bytes);
+        char *all = check_file_load("b.vtk", &bytes);
         random = random * 6364136223846793005u + 1442695040888963407u;
         const size_t place = (size_t)(random >> 33) % bytes;
         if (i % 2)

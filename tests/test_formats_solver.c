@@ -1,5 +1,6 @@
 /* Files of solvers: Exodus II, CGNS, VTKHDF, XDMF. Real files against the counts that their origin
  * gives, the same data in two homes against each other, and damaged files. */
+#include "check_file.h"
 #include "check_source.h"
 
 #include <sys/wait.h>
@@ -209,19 +210,6 @@ static void test_welded_blocks(void **state)
 
 /* ---- damaged files that are read here ---- */
 
-static uint8_t *load(const char *path, size_t *bytes)
-{
-    FILE *file = fopen(path, "rb");
-    CHECK(file != NULL);
-    fseek(file, 0, SEEK_END);
-    *bytes = (size_t)ftell(file);
-    rewind(file);
-    uint8_t *all = malloc(*bytes);
-    CHECK(all && fread(all, 1, *bytes, file) == *bytes);
-    fclose(file);
-    return all;
-}
-
 static void test_damage(void **state)
 {
     (void)state;
@@ -239,7 +227,7 @@ static void test_damage(void **state)
         char path[1024];
         size_t bytes;
         if (!data_path(cases[i].path, path, sizeof path)) continue;
-        uint8_t *all = load(path, &bytes);
+        uint8_t *all = check_file_load(path, &bytes);
         tl_ctx *ctx = grid_ctx((size_t)256 << 20, 1);
         source_case damaged = {"damaged", cases[i].reader, NULL};
         refused += grid_survives_damage(ctx, source_read, &damaged, all, bytes, cases[i].step);
@@ -288,7 +276,7 @@ static void test_damaged_hdf5(void **state)
         size_t bytes;
         uint64_t random = n + 1;
         if (!data_path(names[n], path, sizeof path)) continue;
-        uint8_t *all = load(path, &bytes);
+        uint8_t *all = check_file_load(path, &bytes);
         for (int i = 0; i < 60; i++) {
             size_t at = i < 20 ? (size_t)i * bytes / 20
                                : (size_t)((random = random * 6364136223846793005u + 1) >> 33) %

@@ -53,17 +53,7 @@ static void generated(void **state)
 static void real(void **state)
 {
     (void)state;
-    size_t found = 0;
-    tl_ctx *ctx = check_ctx_create(2);
-    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
-        tl_mesh *mesh = real_read(ctx, &files[i]);
-        if (!mesh) continue;
-        try_cuts(ctx, mesh, files[i].name, i + 1);
-        found++;
-    }
-    tl_ctx_destroy(ctx);
-    if (!found) CHECK_SKIP("no data: set TETRALOD_DATA to the folder of data sets");
-    CHECK_EQ(found, sizeof files / sizeof *files);
+    real_each(files, sizeof files / sizeof *files, try_cuts);
 }
 
 int main(void)

@@ -54,8 +54,9 @@ static void look_at(slices_case *c, tl_cut *cut, uint32_t level, double value, t
     free(opacity);
 }
 
-static void try_levels(tl_ctx *ctx, tl_mesh *mesh, const char *name)
+static void try_levels(tl_ctx *ctx, tl_mesh *mesh, const char *name, uint64_t number)
 {
+    (void)number;
     slices_case c;
     tl_cut *cut = NULL;
     tally t = {0};
@@ -85,7 +86,7 @@ static void samples(void **state)
         CHECK_OK(ctx, tl_sample_write(ctx, names[i], 40, "sample.vtu"));
         CHECK_OK(ctx, tl_mesh_read(ctx, "sample.vtu", NULL, &mesh, NULL));
         CHECK_EQ(remove("sample.vtu"), 0);
-        try_levels(ctx, mesh, names[i]);
+        try_levels(ctx, mesh, names[i], 0);
     }
     tl_ctx_destroy(ctx);
 }
@@ -93,17 +94,7 @@ static void samples(void **state)
 static void real(void **state)
 {
     (void)state;
-    size_t found = 0;
-    tl_ctx *ctx = check_ctx_create(2);
-    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
-        tl_mesh *mesh = real_read(ctx, &files[i]);
-        if (!mesh) continue;
-        try_levels(ctx, mesh, files[i].name);
-        found++;
-    }
-    tl_ctx_destroy(ctx);
-    if (!found) CHECK_SKIP("no data: set TETRALOD_DATA to the folder of data sets");
-    CHECK_EQ(found, sizeof files / sizeof *files);
+    real_each(files, sizeof files / sizeof *files, try_levels);
 }
 
 int main(void)

@@ -4,6 +4,7 @@
 #include "tetralod/measure.h"
 
 #include "check_ctx.h"
+#include "check_file.h"
 #include "check_model.h"
 
 static double bumps(const double x[3])
@@ -82,6 +83,19 @@ static void check_all(tl_ctx *ctx, const tl_mesh *mesh, const tl_build_opts *opt
     CHECK(found.channels[0].measured > 0);
     tl_cut_check_release(ctx, &found);
     drop(store, name);
+}
+
+/* Random cuts of a model fit together; what their volumes are off by at most. */
+static double check_cuts(tl_ctx *ctx, tl_store *store, const tl_mesh *mesh, uint32_t count)
+{
+    tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
+    tl_cut_check_result found;
+    cuts.cuts = count;
+    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, &cuts, &found));
+    CHECK_EQ(found.cuts_tried, count);
+    const double volume_off = found.volume_off;
+    tl_cut_check_release(ctx, &found);
+    return volume_off;
 }
 
 /* A check against data that the model was not made of names the vertex. */
@@ -179,13 +193,7 @@ static void test_islands(void **state)
     tl_mesh *mesh = make_object(ctx, &m, bumps);
     tl_build_opts opts = check_model_opts(1000, 200);
     tl_store *store = build(ctx, mesh, &opts, "islands");
-    tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
-    tl_cut_check_result found;
-    cuts.cuts = 200;
-    CHECK_OK(ctx, tl_cut_check(ctx, store, NULL, &cuts, &found));
-    CHECK_EQ(found.cuts_tried, 200);
-    CHECK_BOUND("volume of islands", found.volume_off, 0.005);
-    tl_cut_check_release(ctx, &found);
+    CHECK_BOUND("volume of islands", check_cuts(ctx, store, NULL, 200), 0.005);
     drop(store, "islands");
     tl_mesh_destroy(mesh);
     make_release(&m);
@@ -217,13 +225,8 @@ static void test_turned(void **state)
         tl_mesh *mesh = make_object(ctx, &m, bumps);
         tl_build_opts opts = check_model_opts(1000, 70);
         tl_store *store = build(ctx, mesh, &opts, "turned");
-        tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
-        tl_cut_check_result found;
-        cuts.cuts = 100;
-        CHECK_OK(ctx, tl_cut_check(ctx, store, NULL, &cuts, &found));
-        CHECK_EQ(found.cuts_tried, 100);
+        check_cuts(ctx, store, NULL, 100);
         CHECK(tl_store_get_head(store)->root_patch_count > (i ? 128u : 0u));
-        tl_cut_check_release(ctx, &found);
         drop(store, "turned");
         tl_mesh_destroy(mesh);
         make_release(&m);
@@ -259,29 +262,11 @@ static void test_twins(void **state)
     tl_store *store = build(ctx, mesh, &opts, "twins");
     CHECK_BOUND("finest level with twins", tl_store_get_head(store)->channels[0].codec_error,
                 1e-12);
-    tl_cut_check_opts cuts = tl_cut_check_opts_defaults();
-    tl_cut_check_result found;
-    cuts.cuts = 8;
-    CHECK_OK(ctx, tl_cut_check(ctx, store, mesh, &cuts, &found));
-    tl_cut_check_release(ctx, &found);
+    check_cuts(ctx, store, mesh, 8);
     drop(store, "twins");
     tl_mesh_destroy(mesh);
     make_release(&m);
     check_ctx_destroy(ctx);
-}
-
-/* The whole file, for comparing. */
-static uint8_t *read_file(const char *path, size_t *bytes)
-{
-    FILE *file = fopen(path, "rb");
-    CHECK(file != NULL);
-    fseek(file, 0, SEEK_END);
-    *bytes = (size_t)ftell(file);
-    rewind(file);
-    uint8_t *data = malloc(*bytes);
-    CHECK_EQ(fread(data, 1, *bytes, file), *bytes);
-    fclose(file);
-    return data;
 }
 
 static void test_threads(void **state)
@@ -299,7 +284,7 @@ static void test_threads(void **state)
         size_t bytes;
         CHECK_OK(ctx, tl_model_build_mesh(ctx, mesh, check_model_path("threads"), &opts, &result));
         tl_build_release(ctx, &result);
-        uint8_t *data = read_file(check_model_path("threads"), &bytes);
+        uint8_t *data = check_file_load(check_model_path("threads"), &bytes);
         if (!first) {
             first = data;
             first_bytes = bytes;

@@ -6,6 +6,7 @@
 #include "store/store.h"
 #include "tetralod/cut.h"
 
+#include "check_file.h"
 #include "check_model.h"
 
 typedef struct fixture {
@@ -33,13 +34,7 @@ static void build_model(fixture *f)
     tl_build_release(f->ctx, &result);
     tl_mesh_destroy(mesh);
     make_release(&m);
-    FILE *file = fopen(path, "rb");
-    CHECK(file && !fseek(file, 0, SEEK_END));
-    f->byte_count = (size_t)ftell(file);
-    rewind(file);
-    f->bytes = malloc(f->byte_count);
-    CHECK(f->bytes && fread(f->bytes, 1, f->byte_count, file) == f->byte_count);
-    fclose(file);
+    f->bytes = check_file_load(path, &f->byte_count);
     CHECK_EQ(remove(path), 0);
     printf("%zu bytes\n", f->byte_count);
 }

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "check_file.h"
 #include "check_model.h"
 
 static const char *const FILES[] = {"state.work",    "segments.work", "meshes.work",
@@ -24,19 +25,6 @@ typedef struct place {
     size_t byte_count;
     int reports; /* of progress, of that build */
 } place;
-
-static uint8_t *read_file(const char *path, size_t *count)
-{
-    FILE *f = fopen(path, "rb");
-    CHECK(f != NULL);
-    CHECK_EQ(fseek(f, 0, SEEK_END), 0);
-    *count = (size_t)ftell(f);
-    rewind(f);
-    uint8_t *bytes = malloc(*count + 1);
-    CHECK_EQ(fread(bytes, 1, *count, f), *count);
-    fclose(f);
-    return bytes;
-}
 
 static void write_file(const char *path, const uint8_t *bytes, size_t count)
 {
@@ -126,7 +114,7 @@ static place open_place(const char *name)
     make_release(&m);
     h.seen = 0;
     CHECK_OK(ctx, build(ctx, &p, &p.opts));
-    p.bytes = read_file(p.model, &p.byte_count);
+    p.bytes = check_file_load(p.model, &p.byte_count);
     p.reports = h.seen;
     CHECK_EQ(remove(p.model), 0);
     end_ctx(ctx);
@@ -149,7 +137,7 @@ static void check_resumed(const place *p, unsigned threads, uint64_t memory)
     opts.resume = p->folder;
     opts.memory_bytes = memory;
     CHECK_OK(ctx, build(ctx, p, &opts));
-    uint8_t *bytes = read_file(p->model, &count);
+    uint8_t *bytes = check_file_load(p->model, &count);
     CHECK_EQ(count, p->byte_count);
     CHECK_EQ(memcmp(bytes, p->bytes, count), 0);
     free(bytes);
@@ -289,7 +277,7 @@ static void test_damaged(void **state)
         char path[192];
         size_t count;
         snprintf(path, sizeof path, "%s/%s", p.folder, FILES[i]);
-        uint8_t *bytes = read_file(path, &count);
+        uint8_t *bytes = check_file_load(path, &count);
         for (size_t at = 0; i == 0 && at < count; at += 1 + count / 500) {
             bytes[at] ^= 0x10;
             write_file(path, bytes, count);

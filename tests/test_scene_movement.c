@@ -396,6 +396,30 @@ static void scenes_have_cameras(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* All corners of a box are in the picture, the farthest one near its edge; a zoom brings some out.
+ */
+static void boxes_fit(void **state)
+{
+    (void)state;
+    const double bounds[6] = {-1, 3, 2, 3, 5, 11}, view[3] = {35, 20, 1};
+    for (int i = 0; i < 4; i++) {
+        tl_camera c = tl_camera_defaults();
+        c.size_px[0] = WIDTH;
+        c.size_px[1] = HEIGHT;
+        if (i & 1) tl_camera_set_parallel(&c, true);
+        tl_camera_stand(&c, view, bounds, NULL);
+        if (i & 2) tl_camera_fit_box(&c, bounds, NULL, 2);
+        double out = -INFINITY; /* beyond the nearest edge, parts of the picture */
+        for (int corner = 0; corner < 8; corner++) {
+            double xyz[3], px[2], depth;
+            for (int k = 0; k < 3; k++) xyz[k] = bounds[2 * k + (corner >> k & 1)];
+            CHECK(tl_camera_project(&c, xyz, px, &depth));
+            out = fmax(out, fmax(fabs(px[0] / WIDTH - 0.5), fabs(px[1] / HEIGHT - 0.5)) - 0.5);
+        }
+        CHECK(i & 2 ? out > 0 : out <= 1e-9 && out > -0.1);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -409,6 +433,7 @@ int main(void)
         cmocka_unit_test(parallel_and_back),
         cmocka_unit_test(nonsense_changes_nothing),
         cmocka_unit_test(views_are_read),
+        cmocka_unit_test(boxes_fit),
         cmocka_unit_test(scenes_have_cameras),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

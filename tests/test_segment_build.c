@@ -3,6 +3,7 @@
 #include "check.h"
 #include "check_ctx.h"
 
+#include "check_file.h"
 #include "make_mesh.h"
 
 #include "tetralod/segment.h"
@@ -311,19 +312,6 @@ static void test_volumes(void **state)
 
 /* ---- the same bytes ---- */
 
-static void *read_all(const char *path, size_t *bytes)
-{
-    FILE *file = fopen(path, "rb");
-    CHECK(file != NULL);
-    fseek(file, 0, SEEK_END);
-    *bytes = (size_t)ftell(file);
-    rewind(file);
-    char *all = malloc(*bytes);
-    CHECK_EQ(fread(all, 1, *bytes, file), *bytes);
-    fclose(file);
-    return all;
-}
-
 /* Any number of threads and any memory, from a file in windows and from the mesh as a whole. */
 static void test_same_bytes(void **state)
 {
@@ -346,7 +334,7 @@ static void test_same_bytes(void **state)
             tl_mesh_destroy(mesh);
         }
         size_t bytes;
-        char *all = read_all("g.seg", &bytes);
+        char *all = check_file_load("g.seg", &bytes);
         CHECK_EQ(tl_segments_bytes(segments), bytes);
         tl_segments_destroy(segments);
         CHECK_OK(ctx, tl_segments_open(ctx, "g.seg", &segments));

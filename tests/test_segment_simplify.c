@@ -3,6 +3,7 @@
 #include "check.h"
 #include "check_ctx.h"
 
+#include "check_file.h"
 #include "make_mesh.h"
 
 #include <dirent.h>
@@ -19,19 +20,6 @@ static tl_segment_opts small_opts(void)
     opts.memory_bytes = TL_SEGMENT_MEMORY_MIN;
     opts.folder = "work";
     return opts;
-}
-
-static void *read_all(const char *path, size_t *bytes)
-{
-    FILE *file = fopen(path, "rb");
-    CHECK(file != NULL);
-    fseek(file, 0, SEEK_END);
-    *bytes = (size_t)ftell(file);
-    rewind(file);
-    char *all = malloc(*bytes);
-    CHECK_EQ(fread(all, 1, *bytes, file), *bytes);
-    fclose(file);
-    return all;
 }
 
 static double error_of(tl_ctx *ctx, const tl_mesh *a, const tl_mesh *b, double *most)
@@ -104,7 +92,7 @@ static void test_same_bytes(void **state)
         CHECK_OK(ctx, tl_simplify_stream(ctx, "in.vtu", NULL, &opts, &cut, "same.vtu", NULL, NULL,
                                          NULL));
         size_t bytes;
-        char *all = read_all("same.vtu", &bytes);
+        char *all = check_file_load("same.vtu", &bytes);
         if (first) {
             CHECK_EQ(bytes, first_bytes);
             CHECK(memcmp(all, first, bytes) == 0);

@@ -335,8 +335,8 @@ static void test_append(void **state)
     tl_store_close(store);
 
     size_t appended_bytes, built_bytes;
-    uint8_t *appended = make_store_load("few.tlod", &appended_bytes);
-    uint8_t *built = make_store_load("all.tlod", &built_bytes);
+    uint8_t *appended = check_file_load("few.tlod", &appended_bytes);
+    uint8_t *built = check_file_load("all.tlod", &built_bytes);
     CHECK_EQ(appended_bytes, built_bytes);
     CHECK(memcmp(appended, built, built_bytes) == 0);
     free(appended);
@@ -461,7 +461,7 @@ static void test_check_with_threads(void **state)
     CHECK_OK(ctx, make_store_write(ctx, ctx, &m, "m.tlod"));
     CHECK_OK(ctx, tl_store_open(ctx, "m.tlod", &store));
     size_t byte_count;
-    uint8_t *bytes = make_store_load("m.tlod", &byte_count);
+    uint8_t *bytes = check_file_load("m.tlod", &byte_count);
     for (uint32_t p = 700; p < 1400; p += 100) {
         CHECK_OK(ctx, tl_store_patch(ctx, store, p, &info));
         bytes[info.topology_ofs + 3] ^= 1;

@@ -163,8 +163,8 @@ static void test_is_written(void **state)
     tl_ctx *ctx = check_ctx_create(1);
     size_t golden_bytes, bytes;
     write_golden(ctx, "store_v1.tlod");
-    uint8_t *golden = make_store_load(GOLDEN, &golden_bytes);
-    uint8_t *now = make_store_load("store_v1.tlod", &bytes);
+    uint8_t *golden = check_file_load(GOLDEN, &golden_bytes);
+    uint8_t *now = check_file_load("store_v1.tlod", &bytes);
     CHECK_EQ(bytes, golden_bytes);
     for (size_t i = 0; i < bytes; i++)
         if (now[i] != golden[i])

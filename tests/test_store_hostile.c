@@ -36,7 +36,7 @@ static void small_open(small_file *f)
     CHECK_STATUS(tl_ctx_create(&opts, &f->ctx), TL_OK);
     make_store_small(&f->model);
     CHECK_OK(f->ctx, make_store_write(f->ctx, f->ctx, &f->model, "small.tlod"));
-    f->bytes = make_store_load("small.tlod", &f->byte_count);
+    f->bytes = check_file_load("small.tlod", &f->byte_count);
 }
 
 static void small_close(small_file *f)

@@ -58,11 +58,7 @@ static void content_of_a_mesh(void **state)
     CHECK_NEAR(g->most, 100, 1e-9);
     CHECK(g->colors[0].value == g->range[0]);
     CHECK(g->range[0] > 0 && g->range[0] < g->range[1]);
-    tl_content_destroy(ctx, content);
-    tl_view_destroy(view);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, content, view, scene, source);
 }
 
 /* The colour of NaN is that of the scene's transfer function, and grey without. */
@@ -84,11 +80,7 @@ static void values_that_are_none_have_their_colour(void **state)
     tl_transfer_at(tl_content_values(content, "g")->transfer, (double)NAN, grey, &extinction);
     CHECK(yellow[0] == 1 && yellow[1] == 1 && yellow[2] == 0);
     for (int k = 0; k < 3; k++) CHECK(grey[k] == 0.5F);
-    tl_content_destroy(ctx, content);
-    tl_view_destroy(view);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, content, view, scene, source);
 }
 
 static void content_of_a_model(void **state)
@@ -141,11 +133,7 @@ static void content_of_a_model(void **state)
     CHECK(tl_content_get_facts(fine)->is_complete && !tl_content_get_facts(coarse)->is_complete);
     tl_content_destroy(ctx, fine);
     tl_content_destroy(ctx, coarse);
-    tl_content_destroy(ctx, content);
-    tl_view_destroy(view);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, content, view, scene, source);
 }
 
 /* What a cut promises from another camera is what it promises when it is made for it; on a cut that
@@ -192,11 +180,7 @@ static void promises_for_other_cameras(void **state)
     camera.view_angle = 0;
     CHECK_STATUS(tl_content_error_px(ctx, there, &camera, &pixels), TL_ERR_ARG);
     tl_content_destroy(ctx, there);
-    tl_content_destroy(ctx, content);
-    tl_view_destroy(view);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, content, view, scene, source);
 }
 
 /* A focus makes the box finer than the rest; a frozen cut stays where it is. */
@@ -222,11 +206,7 @@ static void focus_and_frozen_cuts(void **state)
     CHECK(frozen->body == focused->body);
     tl_content_destroy(ctx, frozen);
     tl_content_destroy(ctx, focused);
-    tl_content_destroy(ctx, coarse);
-    tl_view_destroy(view);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, coarse, view, scene, source);
 }
 
 static void nothing_to_show(void **state)
@@ -248,10 +228,7 @@ static void nothing_to_show(void **state)
     tl_image *image = view_picture(ctx, source, scene);
     CHECK_EQ(picture_covered(image), 0);
     tl_image_destroy(ctx, image);
-    tl_view_destroy(view);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, NULL, view, scene, source);
 }
 
 /* ---- what is not there ---- */
@@ -434,9 +411,7 @@ static void first_looks(void **state)
     assert_string_equal(tl_scene_undo_name(scene), "first look");
     CHECK_OK(ctx, tl_first_channel(ctx, source, scene, name, sizeof name));
     assert_string_equal(name, "f");
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, NULL, NULL, scene, source);
 }
 
 static void histograms(void **state)
@@ -467,6 +442,63 @@ static void histograms(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* What is hidden is out of the renderer; shown again it is the same picture. A page leaves the
+ * picture as it is, and a failure no page. */
+static void hidden_and_on_a_page(void **state)
+{
+    static const char *const LINES[] = {"add boundary", "set picture.title page", NULL};
+    static const struct {
+        const char *path;
+        tl_status status;
+        const char *begin; /* NULL: there is no file */
+    } PAGES[] = {{"page.pdf", TL_OK, "%PDF-"},
+                 {"page.svg", TL_OK, "<?xml"},
+                 {"page.png", TL_ERR_UNSUPPORTED, NULL},
+                 {"none/page.pdf", TL_ERR_IO, NULL}};
+    (void)state;
+    tl_view *view = NULL;
+    tl_shown *shown = NULL;
+    tl_image *drawn = NULL, *kept = NULL;
+    tl_ctx *ctx = check_ctx_create(1);
+    tl_source *source = view_source(ctx, 6);
+    tl_scene *scene = view_scene(ctx, source, LINES);
+    tl_renderer *renderer = picture_renderer(ctx);
+    const tl_camera camera = view_camera(scene);
+    const tl_draw_opts opts = tl_draw_opts_defaults();
+    const size_t floats = (size_t)4 * VIEW_WIDTH * VIEW_HEIGHT;
+    CHECK_OK(ctx, tl_view_create(ctx, source, &view));
+    CHECK_OK(ctx, tl_shown_create(ctx, renderer, &shown));
+    tl_content *content = view_build(ctx, view, scene);
+    for (int i = 0; i < 2; i++) {
+        CHECK_OK(ctx, tl_content_show(ctx, shown, content));
+        CHECK_OK(ctx, tl_content_draw(ctx, shown, &camera, &opts, i ? &drawn : &kept));
+        tl_content_hide(ctx, shown);
+        tl_image *empty = picture_take(ctx, renderer, &camera);
+        for (size_t k = 0; k < floats; k++) CHECK(empty->rgba[k] == 0);
+        tl_image_destroy(ctx, empty);
+    }
+    CHECK(memcmp(drawn->rgba, kept->rgba, floats * sizeof(float)) == 0);
+    for (size_t i = 0; i < sizeof PAGES / sizeof *PAGES; i++) {
+        const tl_status st = tl_content_write(ctx, content, scene, &camera, drawn, PAGES[i].path);
+        if (!i && st == TL_ERR_UNSUPPORTED) break; /* a build without words */
+        CHECK_EQ(st, PAGES[i].status);
+        FILE *file = fopen(PAGES[i].path, "rb");
+        CHECK((file != NULL) == (PAGES[i].begin != NULL));
+        if (!file) continue;
+        char begin[5] = "";
+        CHECK_EQ(fread(begin, 1, sizeof begin, file), sizeof begin);
+        CHECK(memcmp(begin, PAGES[i].begin, sizeof begin) == 0);
+        fclose(file);
+        CHECK_EQ(remove(PAGES[i].path), 0);
+    }
+    CHECK(memcmp(drawn->rgba, kept->rgba, floats * sizeof(float)) == 0);
+    tl_image_destroy(ctx, drawn);
+    tl_image_destroy(ctx, kept);
+    tl_shown_destroy(ctx, shown);
+    tl_renderer_destroy(ctx, renderer);
+    view_close(ctx, content, view, scene, source);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(content_of_a_mesh),
@@ -479,6 +511,7 @@ int main(void)
                                        cmocka_unit_test(changes_make_what_they_change),
                                        cmocka_unit_test(reuse_gives_the_same_pictures),
                                        cmocka_unit_test(first_looks),
+                                       cmocka_unit_test(hidden_and_on_a_page),
                                        cmocka_unit_test(histograms)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

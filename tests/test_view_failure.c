@@ -90,9 +90,7 @@ static void every_allocation(void **state)
     CHECK(count > 300);
     fail_alloc_close(&f);
     tl_mesh_destroy(j.mesh);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, NULL, NULL, scene, source);
 }
 
 /* ---- stopping ---- */
@@ -154,9 +152,7 @@ static void every_stop(void **state)
         tl_view_destroy(view);
     }
     tl_image_destroy(ctx, expected);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, NULL, NULL, scene, source);
 }
 
 /* ---- two threads ---- */

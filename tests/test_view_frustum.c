@@ -96,11 +96,7 @@ static void test_frozen_cut(void **state)
     CHECK_EQ(after->thing_count, same->thing_count);
     tl_content_destroy(ctx, after);
     tl_content_destroy(ctx, elsewhere);
-    tl_content_destroy(ctx, same);
-    tl_view_destroy(view);
-    tl_scene_destroy(ctx, scene);
-    tl_source_destroy(source);
-    check_ctx_destroy(ctx);
+    view_close(ctx, same, view, scene, source);
 }
 
 static tl_status try_lines(tl_ctx *ctx, void *arg)
