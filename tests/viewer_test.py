@@ -2,6 +2,7 @@
 memory and idleness. What is seen is checked by properties, not by stored pictures."""
 
 import os
+import re
 import resource
 import shutil
 import subprocess
@@ -204,15 +205,20 @@ class Troubles(ViewerTest):
 
 class Rest(ViewerTest):
     def test_memory_and_idleness(self):
-        """Memory is flat over a flight that repeats; nothing runs when nothing changes."""
+        """Memory is flat over a flight that repeats, and below its limit; nothing runs when nothing changes."""
         around = ["turn 180 20 0.6", "turn 180 -20 0.6", "wait settled", "print around"]
-        viewer = self.start(["wait settled", *(4 * around), "wait 4", "quit"], self.model, "--size", SIZE)
+        viewer = self.start(["wait settled", *(4 * around), "wait 4", "print stats", "quit"], self.model, "--size", SIZE, "--memory", "100M")
         kept = []
         for _ in range(4):
             viewer.until("around")
             kept.append(viewer.status("VmRSS"))
         busy = viewer.busy(2)
-        self.assertEqual(viewer.end()[0], 0)
+        status, said, err = viewer.end()
+        self.assertEqual(status, 0, err)
+        figures, = (line for line in said if line.startswith("memory"))
+        most, limit = map(float, re.search("at most ([0-9.]+) of ([0-9.]+) MB", figures).groups())
+        self.assertAlmostEqual(limit, 100 * 1.048576, delta=0.1)
+        self.assertTrue(0 < most <= limit, figures)
         if not SANITIZED:
             self.assertLess(kept[-1] - kept[1], 0.1 * kept[1], kept)
         self.assertLess(busy, 0.1)
