@@ -4,10 +4,12 @@ with what was expected; numbers where the user's have commas."""
 import locale
 import os
 import shutil
+import subprocess
 import unittest
 
 from render_test import pixels
 from viewer_case import ViewerTest, difference
+from viewer_display import PATIENCE, PROGRAM, environment
 
 
 class Pictures(ViewerTest):
@@ -29,6 +31,28 @@ class Pictures(ViewerTest):
                 _, err = self.play([line], self.model, status=1, cwd=self.folder)
                 self.assertIn(expected, err)
         self.assertFalse(os.path.exists(self.at("a.png")))
+
+
+class Places(ViewerTest):
+    def test_scripts_without_end(self):
+        for script, expected in (("/dev/zero", "lines of UTF-8, less than 16777216 bytes"), (self.folder, "directory")):
+            done = subprocess.run([PROGRAM, "view", self.model, "--script", script], capture_output=True, text=True, check=False,
+                                  timeout=PATIENCE, env=environment(self.display, self.folder))
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(expected, done.stderr)
+
+    def test_data_are_not_replaced(self):
+        """Under no name: what is written of them is less than they are."""
+        link = self.at("link.json")
+        os.symlink(self.model, link)
+        with open(self.model, "rb") as f:
+            before = f.read()
+        for line in (f"save-scene {self.model}", f"save-scene {link}", f"build {link}"):
+            with self.subTest(line):
+                _, err = self.play(["wait settled", line], self.model, status=1)
+                self.assertIn("is the data set that is open: choose another name", err)
+        with open(self.model, "rb") as f:
+            self.assertEqual(f.read(), before)
 
 
 class Names(ViewerTest):

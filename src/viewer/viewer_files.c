@@ -3,6 +3,7 @@
  */
 #include "viewer_core.h"
 
+#include <glib/gstdio.h>
 #include <string.h>
 
 /* From so many bytes on a mesh is not read before it was asked whether to build a model of it. */
@@ -162,9 +163,21 @@ static void cancel_model(viewer *v)
     tl_live_cancel(v->live, TL_LIVE_MODEL);
 }
 
+/* What is written does not take the place of the data that are looked at, under whatever name. */
+static bool may_write(viewer *v, const char *path)
+{
+    GStatBuf data, there;
+    if (!v->path || g_stat(path, &there) || g_stat(v->path, &data) || there.st_dev != data.st_dev ||
+        there.st_ino != data.st_ino)
+        return true;
+    viewer_say(v, VIEWER_ERROR, "'%s' is the data set that is open: choose another name.", path);
+    return false;
+}
+
 static bool build(viewer *v, const char *input, const char *output)
 {
     struct viewer_files *files = v->files;
+    if (!may_write(v, output)) return false;
     const tl_status st = tl_live_build_model(v->live, input, NULL, output, NULL);
     if (st) {
         viewer_say(v, VIEWER_ERROR, "A model can't be built now: %s", tl_status_name(st));
@@ -349,7 +362,7 @@ static void on_save_scene(GtkNativeDialog *dialog, int response, viewer *v)
 {
     char *path = response == GTK_RESPONSE_ACCEPT ? viewer_dialog_path(dialog) : NULL;
     g_object_unref(dialog);
-    if (path && viewer_ok(v, tl_scene_write(v->ctx, v->scene, path)))
+    if (path && may_write(v, path) && viewer_ok(v, tl_scene_write(v->ctx, v->scene, path)))
         viewer_say(v, VIEWER_INFO, "Saved '%s'; 'tetralod render --scene' draws it again.", path);
     g_free(path);
 }
@@ -504,7 +517,7 @@ static bool run_scene(viewer *v, const char *arguments)
 
 static bool run_save_scene(viewer *v, const char *arguments)
 {
-    return viewer_ok(v, tl_scene_write(v->ctx, v->scene, arguments));
+    return may_write(v, arguments) && viewer_ok(v, tl_scene_write(v->ctx, v->scene, arguments));
 }
 
 static bool run_build(viewer *v, const char *arguments)

@@ -12,6 +12,7 @@
 #define SETTLE_SECONDS 300
 #define PAINT_SECONDS 10 /* after a change of its size a window is laid out anew */
 #define DRAG_STEPS 12
+#define SCRIPT_BYTES_MOST (16 << 20)
 #define SECONDS_MOST 3600
 
 typedef enum wait_kind {
@@ -439,26 +440,38 @@ void viewer_script_attach(viewer *v)
     viewer_listen(v, VIEWER_FRAME, on_frame, NULL);
 }
 
+/* All of a file, which may be a pipe, to be freed; NULL, said on stderr: there is none, or no end.
+ */
+static char *read_script(const char *path)
+{
+    gsize bytes = 0;
+    GError *error = NULL;
+    GFile *file = g_file_new_for_path(strcmp(path, "-") == 0 ? "/dev/stdin" : path);
+    GFileInputStream *stream = g_file_read(file, NULL, &error);
+    char *text = g_malloc(SCRIPT_BYTES_MOST + 1);
+    if (stream)
+        g_input_stream_read_all(G_INPUT_STREAM(stream), text, SCRIPT_BYTES_MOST, &bytes, NULL,
+                                &error);
+    text[bytes] = '\0';
+    const bool is_text = bytes < SCRIPT_BYTES_MOST && g_utf8_validate(text, (gssize)bytes, NULL);
+    if (error || !is_text) g_clear_pointer(&text, g_free);
+    if (error)
+        fprintf(stderr, "tetralod: '%s': %s\n", path, error->message);
+    else if (!is_text)
+        fprintf(stderr, "tetralod: '%s': expected a script, lines of UTF-8, less than %d bytes\n",
+                path, SCRIPT_BYTES_MOST);
+    g_clear_error(&error);
+    g_clear_object(&stream);
+    g_object_unref(file);
+    return text;
+}
+
 bool viewer_script_begin(viewer *v)
 {
     struct viewer_script *s = v->script;
-    GError *error = NULL;
-    char *text = NULL;
-    gsize bytes = 0;
     if (v->words->script) {
-        const bool from_stdin = strcmp(v->words->script, "-") == 0;
-        if (!g_file_get_contents(from_stdin ? "/dev/stdin" : v->words->script, &text, &bytes,
-                                 &error)) {
-            fprintf(stderr, "tetralod: %s\n", error->message);
-            g_error_free(error);
-            return false;
-        }
-        if (!g_utf8_validate(text, (gssize)bytes, NULL)) {
-            fprintf(stderr, "tetralod: '%s': expected a script, lines of UTF-8\n",
-                    v->words->script);
-            g_free(text);
-            return false;
-        }
+        char *text = read_script(v->words->script);
+        if (!text) return false;
         s->path = g_strdup(v->words->script);
         s->lines = g_strsplit(text, "\n", -1);
         g_free(text);
