@@ -222,30 +222,31 @@ static bool is_known(size_t count)
 /* Part of a line of counts. */
 typedef struct count_part {
     size_t count;
+    const char *gap; /* from the part before */
     const char *what;
 } count_part;
 
 static void print_counts(const char *label, const count_part *parts, size_t part_count)
 {
-    const char *before = "";
+    bool any = false;
     for (size_t i = 0; i < part_count; i++) {
         if (!is_known(parts[i].count)) continue;
-        if (!*before) printf("%-10s  ", label);
-        printf("%s%s %s", before, cli_count(parts[i].count).s, parts[i].what);
-        before = ", ";
+        if (!any) printf("%-10s  ", label);
+        printf("%s%s %s", any ? parts[i].gap : "", cli_count(parts[i].count).s, parts[i].what);
+        any = true;
     }
-    if (*before) putchar('\n');
+    if (any) putchar('\n');
 }
 
 /* A model does not keep all of it. */
 void cli_print_shape(const tl_mesh_stats *s, double time, uint64_t tet_count)
 {
-    const count_part validity[] = {{s->inverted, "inverted"},
-                                   {s->degenerate, "flat tets"},
-                                   {s->duplicate_verts, "vertices at the place of another"}};
-    const count_part manifold[] = {{s->nonmanifold_faces, "non-manifold faces"},
-                                   {s->nonmanifold_edges, "non-manifold edges"},
-                                   {s->nonmanifold_verts, "non-manifold vertices"}};
+    const count_part validity[] = {{s->inverted, ", ", "inverted"},
+                                   {s->degenerate, ", ", "flat tets"},
+                                   {s->duplicate_verts, "; ", "vertices at the place of another"}};
+    const count_part manifold[] = {{s->nonmanifold_faces, ", ", "non-manifold faces"},
+                                   {s->nonmanifold_edges, ", ", "non-manifold edges"},
+                                   {s->nonmanifold_verts, ", ", "non-manifold vertices"}};
     printf("bounds      x %s, y %s, z %s; diagonal %s\n", cli_range(s->bounds).s,
            cli_range(s->bounds + 2).s, cli_range(s->bounds + 4).s, cli_real(s->diagonal).s);
     if (isfinite(time)) printf("time        %s\n", cli_real(time).s);
