@@ -47,12 +47,27 @@ static void set_text(viewer_transfer *t, const char *prop, const char *text)
 
 /* ---- the selected point ---- */
 
-/* As exact as an eye can tell; what is written is taken as it is. */
+/* As exact as an eye can tell. */
+static void opacity_text(double opacity, char text[VIEWER_NUMBER_BYTES])
+{
+    g_ascii_formatd(text, VIEWER_NUMBER_BYTES, "%.3g", opacity);
+}
+
 static void show_opacity(viewer_transfer *t, double opacity)
 {
     char text[VIEWER_NUMBER_BYTES];
-    g_ascii_formatd(text, sizeof text, "%.3g", opacity);
+    opacity_text(opacity, text);
     viewer_entry_show(t->opacity, text);
+}
+
+/* What is written, or the point's where nothing was; false: it is no number. */
+static bool take_opacity(viewer_transfer *t, double now, double *opacity)
+{
+    char text[VIEWER_NUMBER_BYTES];
+    opacity_text(now, text);
+    *opacity = now;
+    return strcmp(viewer_entry_text(t->opacity), text) == 0 ||
+           viewer_entry_number(t->opacity, opacity);
 }
 
 static void point_selected(void *user)
@@ -94,7 +109,7 @@ static bool commit_point(void *user)
     if (!viewer_points_get(t->points, &value, numbers)) return false;
     const bool is_opacity = t->points->part == VIEWER_PART_OPACITY;
     if (!viewer_entry_number(t->value, &value)) return false;
-    if (is_opacity && !viewer_entry_number(t->opacity, &opacity)) return false;
+    if (is_opacity && !take_opacity(t, numbers[0], &opacity)) return false;
     tl_scene_seal(t->v->scene);
     viewer_points_set(t->points, value, is_opacity ? &opacity : NULL);
     tl_scene_seal(t->v->scene);
