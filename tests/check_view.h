@@ -53,13 +53,12 @@ static inline tl_source *view_source(tl_ctx *ctx, size_t n)
     return source;
 }
 
-/* The same as a model, whose file is gone when the source is. */
-static inline tl_source *view_model(tl_ctx *ctx, size_t n)
+/* A model of a mesh, which it takes over; its file is gone when the source is. */
+static inline tl_source *view_model_of(tl_ctx *ctx, tl_mesh *mesh)
 {
     tl_build_result result;
     tl_source *source = NULL;
     tl_build_opts opts = check_model_opts(2000, 200);
-    tl_mesh *mesh = view_mesh(ctx, n);
     const char *path = check_model_path("view");
     CHECK_OK(ctx, tl_model_build_mesh(ctx, mesh, path, &opts, &result));
     tl_build_release(ctx, &result);
@@ -67,6 +66,11 @@ static inline tl_source *view_model(tl_ctx *ctx, size_t n)
     CHECK_OK(ctx, tl_source_open(ctx, path, &source));
     CHECK_EQ(remove(path), 0);
     return source;
+}
+
+static inline tl_source *view_model(tl_ctx *ctx, size_t n)
+{
+    return view_model_of(ctx, view_mesh(ctx, n));
 }
 
 /* A scene with the bounds of a source, and the commands up to a NULL. */

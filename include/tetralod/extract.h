@@ -89,6 +89,11 @@ TL_API tl_status tl_slice_points(tl_ctx *ctx, const tl_mesh *mesh, const double 
  * time; it and the store that it borrows use the context it was created with. */
 typedef struct tl_slices tl_slices;
 
+/* A scalar made of a value [components] of a carried channel, whose place in
+ * tl_slices_opts.channels is given: before it is joined linearly between vertices. Any thread. */
+typedef double (*tl_carry_fn)(const void *user, size_t place, const double *value,
+                              uint32_t components);
+
 typedef struct tl_slices_opts {
     size_t struct_bytes;
     uint32_t channel;     /* of the store, on vertices, of several components their norm; TL_NONE
@@ -101,6 +106,8 @@ typedef struct tl_slices_opts {
     const uint32_t *channels; /* [channel_count] of the store, on vertices, to be carried along;
                                  default none; copied */
     size_t channel_count;
+    tl_carry_fn carry;      /* what they become; NULL (default): they stay as they are */
+    const void *carry_user; /* borrowed */
 } tl_slices_opts;
 TL_API tl_slices_opts tl_slices_opts_defaults(void);
 
@@ -123,6 +130,7 @@ typedef struct tl_slices_state {
     uint64_t tets;      /* of the decoded ones */
     size_t triangles;   /* of all */
     size_t passed_over; /* patches that the values miss */
+    uint64_t bytes;     /* of memory that is kept */
 } tl_slices_state;
 TL_API tl_slices_state tl_slices_get_state(const tl_slices *slices);
 

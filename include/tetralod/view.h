@@ -131,8 +131,9 @@ typedef struct tl_view_limits {
     uint64_t tets_max;     /* default UINT64_MAX: what the scene says */
     double error_px_least; /* no finer than this error on the screen, pixels; default 0 */
     bool any_cut;          /* default false; true: things of the cut that is there, whatever the
-                              camera, if there is one, without limits: a change of colours is seen
-                              at once. What the content promises is that of this cut */
+                              camera, without limits, unless its mesh would have to be made and has
+                              more than tets_max: a change of colours is seen at once. What the
+                              content promises is that of this cut */
 } tl_view_limits;
 TL_API tl_view_limits tl_view_limits_defaults(void);
 
@@ -179,11 +180,16 @@ typedef struct tl_content_error {
 } tl_content_error;
 typedef struct tl_content_facts {
     bool is_model;
-    uint64_t tets, verts;               /* of the mesh that things are made of */
-    uint64_t whole_tets;                /* of it before thresholds, regions and planes chose some */
-    uint64_t source_tets;               /* of the original */
-    uint64_t patches;                   /* of a model */
-    double error_px;                    /* of a model: off by so many pixels at most; else 0 */
+    uint64_t tets;  /* of the mesh that things are made of; of a model of which no more is drawn
+                       than surfaces and planes, patch by patch, and what stands around them, of its
+                       cut */
+    uint64_t verts; /* of that mesh; 0: of such a cut */
+    uint64_t whole_tets;  /* of it before thresholds, regions and planes chose some, */
+    bool is_part;         /* which they did */
+    uint64_t source_tets; /* of the original */
+    uint64_t patches;     /* of a model */
+    uint64_t decoded; /* of such a cut, by this build: other patches were there, or are not met */
+    double error_px;  /* of a model: off by so many pixels at most; else 0 */
     double boundary_error, space_error; /* mesh units; of a model, else 0 */
     const tl_content_error *errors; /* [error_count] of a model: of the channels that the mesh has
                                        of it, its first ones */

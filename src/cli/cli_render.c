@@ -161,7 +161,8 @@ static tl_status build(request *r, const tl_camera *camera)
     tl_content_destroy(ctx, r->content);
     r->content = content;
     r->extract_seconds += tl_content_get_facts(content)->extract_s;
-    return cli_volume_take(r->scene.session, volume, content);
+    cli_volume_take(volume, content);
+    return TL_OK;
 }
 
 static tl_status draw(request *r, const tl_camera *camera, size_t frame, tl_image **image)

@@ -222,27 +222,34 @@ int cli_volume_mesh(cli_session *session, cli_volume *volume)
     double start = cli_now();
     tl_status st =
         tl_view_mesh(session->ctx, volume->view, volume->scene, &volume->mesh, &volume->whole_tets);
+    if (!st) {
+        volume->tets = tl_mesh_tet_count(volume->mesh);
+        volume->verts = tl_mesh_vert_count(volume->mesh);
+    }
     cli_progress_clear(&session->progress);
     volume->mesh_seconds = cli_now() - start;
     volume->seconds = volume->open_seconds + volume->cut_seconds + volume->mesh_seconds;
     return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
-tl_status cli_volume_take(cli_session *session, cli_volume *volume, const tl_content *content)
+void cli_volume_take(cli_volume *volume, const tl_content *content)
 {
     const tl_content_facts *f = tl_content_get_facts(content);
     volume->cut_seconds = f->cut_s;
     volume->mesh_seconds = f->mesh_s;
     volume->seconds = volume->open_seconds + f->cut_s + f->mesh_s;
-    tl_status st =
-        tl_view_mesh(session->ctx, volume->view, volume->scene, &volume->mesh, &volume->whole_tets);
-    if (st || !volume->is_model) return st;
+    volume->tets = f->tets;
+    volume->verts = f->verts;
+    volume->whole_tets = f->is_part ? f->whole_tets : 0;
+    if (!volume->is_model) return;
     volume->cut = tl_view_get_cut(volume->view);
     volume->state = tl_cut_get_state(volume->cut);
+    volume->state.boundary_error = f->boundary_error;
+    volume->state.pixels = f->error_px;
+    volume->state.bounds_kept = f->bounds_kept;
     volume->has_view = true;
     volume->error_count = f->error_count;
     memcpy(volume->errors, f->errors, f->error_count * sizeof *f->errors);
-    return TL_OK;
 }
 
 int cli_volume_open(cli_session *session, const char *path, cli_volume *volume)
@@ -320,7 +327,7 @@ int cli_carried(cli_session *session, const tl_mesh *mesh, size_t **carried, siz
 static void print_chosen(const cli_volume *volume)
 {
     if (!volume->whole_tets) return;
-    printf("kept        %s of %s tets\n", cli_count(tl_mesh_tet_count(volume->mesh)).s,
+    printf("kept        %s of %s tets\n", cli_count(volume->tets).s,
            cli_count(volume->whole_tets).s);
 }
 
@@ -350,7 +357,7 @@ void cli_print_volume(cli_session *session, const cli_volume *volume)
 static void put_model(json_t *object, const cli_volume *volume)
 {
     cli_json_count(object, "tets", volume->state.tets);
-    if (volume->mesh) cli_json_count(object, "vertices", tl_mesh_vert_count(volume->mesh));
+    if (volume->verts) cli_json_count(object, "vertices", volume->verts);
     cli_json_count(object, "patches", volume->state.patches);
     json_t *list = cli_json_list(object, "bounds_promised");
     for (size_t i = 0; i < volume->error_count; i++) {
@@ -367,13 +374,13 @@ static void put_model(json_t *object, const cli_volume *volume)
 
 void cli_json_volume(json_t *object, const cli_volume *volume)
 {
-    if (volume->whole_tets) cli_json_count(object, "kept_tets", tl_mesh_tet_count(volume->mesh));
+    if (volume->whole_tets) cli_json_count(object, "kept_tets", volume->tets);
     if (volume->is_model) {
         put_model(object, volume);
         return;
     }
-    cli_json_count(object, "tets", tl_mesh_tet_count(volume->mesh));
-    cli_json_count(object, "vertices", tl_mesh_vert_count(volume->mesh));
+    cli_json_count(object, "tets", volume->tets);
+    cli_json_count(object, "vertices", volume->verts);
 }
 
 void cli_json_volume_seconds(json_t *object, const cli_volume *volume)

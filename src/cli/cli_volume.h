@@ -15,9 +15,10 @@ typedef struct cli_volume {
     tl_source *source;
     tl_scene *scene; /* step, detail, and what is derived and chosen, as the words say */
     tl_view *view;
-    const tl_mesh *mesh; /* NULL until it is made; borrowed from the view */
-    size_t whole_tets;   /* before words of cli_group_derive chose some; 0: they did not */
-    double bounds[6];    /* of the whole data set: x0, x1, y0, y1, z0, z1 */
+    const tl_mesh *mesh;  /* NULL until it is made; borrowed from the view */
+    uint64_t tets, verts; /* of it, or of what pictures are made of; verts 0: of no mesh */
+    size_t whole_tets;    /* before words of cli_group_derive chose some; 0: they did not */
+    double bounds[6];     /* of the whole data set: x0, x1, y0, y1, z0, z1 */
     double diagonal;
     double seconds;      /* all of it */
     double open_seconds; /* reading a file, opening a model */
@@ -45,7 +46,7 @@ int cli_volume_cut(cli_session *session, cli_volume *volume, const tl_view_reque
 /* Makes the mesh: that of the cut, derived and chosen. */
 int cli_volume_mesh(cli_session *session, cli_volume *volume);
 /* What a content of the volume's view was made of, for the summaries below. */
-tl_status cli_volume_take(cli_session *session, cli_volume *volume, const tl_content *content);
+void cli_volume_take(cli_volume *volume, const tl_content *content);
 /* All three without a view: mesh is there. */
 int cli_volume_open(cli_session *session, const char *path, cli_volume *volume);
 void cli_volume_close(cli_session *session, cli_volume *volume);

@@ -1,5 +1,7 @@
-/* The mesh of a cut: patches in rising order, decoded on all threads; vertices that several patches
- * hold become one, told by place and twin. */
+/* The mesh of a cut, or of some patches of one: patches in rising order, decoded on all threads;
+ * vertices that several patches hold become one, told by place and twin. */
+#include "cut/cut_mesh.h"
+
 #include <string.h>
 
 #include "cut/cut_keys.h"
@@ -185,24 +187,25 @@ static void drop(weld *w)
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(w->ctx, blocks[i]);
 }
 
-static tl_status list_patches(const tl_cut *cut, weld *w)
+static tl_status list_patches(weld *w, const uint32_t *patches)
 {
     tl_status st = TL_OK;
-    w->count = cut->drawn.count;
     w->ids = tl_mem_alloc(w->ctx, w->count, sizeof *w->ids, &st);
     w->patches = tl_mem_zalloc(w->ctx, w->count, sizeof *w->patches, &st);
     w->verts = tl_mem_zalloc(w->ctx, w->count, sizeof *w->verts, &st);
     w->vert_starts = tl_mem_alloc(w->ctx, w->count, sizeof *w->vert_starts, &st);
     if (st) return st;
-    memcpy(w->ids, cut->drawn.ids, w->count * sizeof *w->ids);
+    if (w->count) memcpy(w->ids, patches, w->count * sizeof *w->ids);
     tli_ids_sort(w->ids, w->count);
     return TL_OK;
 }
 
-tl_status tl_cut_mesh(tl_cut *cut, const size_t *channels, size_t channel_count, tl_mesh **mesh)
+tl_status tli_patches_mesh(tl_ctx *ctx, tl_store *store, const uint32_t *patches,
+                           size_t patch_count, const size_t *channels, size_t channel_count,
+                           tl_mesh **mesh)
 {
     tl_status st = TL_OK;
-    weld w = {.ctx = cut->ctx, .store = cut->graph.store, .head = cut->graph.head};
+    weld w = {.ctx = ctx, .store = store, .head = tl_store_get_head(store), .count = patch_count};
     size_t *all = NULL;
     *mesh = NULL;
     if (!channels) {
@@ -217,7 +220,7 @@ tl_status tl_cut_mesh(tl_cut *cut, const size_t *channels, size_t channel_count,
                          (size_t)w.head->channel_count);
     w.channels = channels;
     w.channel_count = channel_count;
-    if (!st) st = list_patches(cut, &w);
+    if (!st) st = list_patches(&w, patches);
     if (!st) st = tli_parallel(w.ctx, w.count, 1, decode_patches, &w);
     if (!st) st = number_verts(&w);
     if (!st) st = make_arrays(&w);
@@ -228,5 +231,11 @@ tl_status tl_cut_mesh(tl_cut *cut, const size_t *channels, size_t channel_count,
     if (!st) return TL_OK;
     tl_mesh_destroy(*mesh);
     *mesh = NULL;
-    return tl_note(cut->ctx, st, "while making the mesh of a cut of %zu patches", cut->drawn.count);
+    return tl_note(ctx, st, "while making the mesh of a cut of %zu patches", patch_count);
+}
+
+tl_status tl_cut_mesh(tl_cut *cut, const size_t *channels, size_t channel_count, tl_mesh **mesh)
+{
+    return tli_patches_mesh(cut->ctx, cut->graph.store, cut->drawn.ids, cut->drawn.count, channels,
+                            channel_count, mesh);
 }

@@ -301,8 +301,14 @@ static void count_up(tl_slices *s, const coming *c, size_t patch_count)
     s->state = (tl_slices_state){
         .patches = s->part_count, .decoded = c->count, .passed_over = patch_count - s->part_count};
     for (size_t i = 0; i < c->count; i++) s->state.tets += c->parts[i]->tet_count;
-    for (size_t i = 0; i < s->part_count; i++)
+    s->state.bytes = s->job.head->patch_count * (sizeof *s->places + sizeof *s->stamps) +
+                     s->key_room * (sizeof *s->sums + sizeof *s->touched) +
+                     s->keys.capacity * sizeof *s->keys.keys +
+                     (s->keys.slot_mask + 1) * sizeof *s->keys.slots;
+    for (size_t i = 0; i < s->part_count; i++) {
         s->state.triangles += s->parts[i]->surface->cell_count;
+        s->state.bytes += tli_slices_part_bytes(s->parts[i]);
+    }
 }
 
 tl_status tl_slices_update(tl_slices *s, const uint32_t *patches, size_t patch_count)

@@ -41,6 +41,10 @@ typedef struct tli_slices_job {
 tl_status tli_slices_part_make(tl_ctx *ctx, const tli_slices_job *job, uint32_t number,
                                tli_slices_part **part);
 void tli_slices_part_destroy(tl_ctx *ctx, tli_slices_part *part);
+/* Of memory. */
+uint64_t tli_slices_part_bytes(const tli_slices_part *part);
+/* A channel as it is carried, without values. */
+tl_channel tli_slices_carried(const tli_slices_job *job, size_t place);
 /* All of them as one. Gives *triangles. extract_slices_join.c */
 tl_status tli_slices_join(tl_ctx *ctx, const tli_slices_job *job, tli_slices_part *const *parts,
                           size_t part_count, tl_polydata **triangles);

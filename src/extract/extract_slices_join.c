@@ -89,15 +89,9 @@ static tl_status make_fields(join *j, const tli_slices_job *job)
         out->normals = tl_mem_alloc(j->ctx, out->vert_count, 3 * sizeof *out->normals, &st);
     j->values = tl_mem_zalloc(j->ctx, job->opts.channel_count, sizeof *j->values, &st);
     for (size_t c = 0; !st && c < job->opts.channel_count; c++) {
-        const tl_store_channel *from = &job->head->channels[job->opts.channels[c]];
-        double *values =
-            tl_mem_alloc(j->ctx, out->vert_count, from->components * sizeof *values, &st);
-        tl_channel to = {.name = from->name,
-                         .unit = from->unit,
-                         .components = from->components,
-                         .on = TL_ON_VERTEX,
-                         .scalar = from->scalar,
-                         .values = values};
+        tl_channel to = tli_slices_carried(job, c);
+        double *values = tl_mem_alloc(j->ctx, out->vert_count, to.components * sizeof *values, &st);
+        to.values = values;
         if (!st) st = tl_polydata_adopt_channel(j->ctx, out, &to);
         if (st) tl_mem_free(j->ctx, values);
         j->values[c] = values;

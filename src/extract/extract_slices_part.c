@@ -4,6 +4,7 @@
 
 #include "base/base_vec.h"
 #include "extract/extract_slices.h"
+#include "mesh/mesh.h"
 
 typedef struct patch_job {
     tl_ctx *ctx;
@@ -93,6 +94,25 @@ static tl_status make_scalar(patch_job *j)
     return st;
 }
 
+tl_channel tli_slices_carried(const tli_slices_job *job, size_t place)
+{
+    const tl_store_channel *from = &job->head->channels[job->opts.channels[place]];
+    return (tl_channel){.name = from->name,
+                        .unit = from->unit,
+                        .components = job->opts.carry ? 1 : from->components,
+                        .on = TL_ON_VERTEX,
+                        .scalar = job->opts.carry ? TL_F64 : from->scalar};
+}
+
+/* What values become, in place: each is read before it is set. */
+static void turn_values(const patch_job *j, size_t place, double *values)
+{
+    const tl_slices_opts *o = &j->job->opts;
+    const uint32_t n = j->job->head->channels[o->channels[place]].components;
+    for (size_t v = 0; v < j->patch->vert_count; v++)
+        values[v] = o->carry(o->carry_user, place, values + n * v, n);
+}
+
 /* Puts the carried channels into the mesh. */
 static tl_status carry_channels(patch_job *j)
 {
@@ -100,15 +120,11 @@ static tl_status carry_channels(patch_job *j)
     const tl_slices_opts *o = &j->job->opts;
     j->carried = tl_mem_alloc(j->ctx, o->channel_count, sizeof *j->carried, &st);
     for (size_t c = 0; !st && c < o->channel_count; c++) {
-        const tl_store_channel *from = &j->job->head->channels[o->channels[c]];
         double *values = NULL;
+        tl_channel to = tli_slices_carried(j->job, c);
         st = take_values(j, o->channels[c], &values);
-        tl_channel to = {.name = from->name,
-                         .unit = from->unit,
-                         .components = from->components,
-                         .on = TL_ON_VERTEX,
-                         .scalar = from->scalar,
-                         .values = values};
+        if (!st && o->carry) turn_values(j, c, values);
+        to.values = values;
         if (!st) st = tl_mesh_adopt_channel(j->mesh, &to);
         if (st) tl_mem_free(j->ctx, values);
         j->carried[c] = c;
@@ -233,4 +249,12 @@ void tli_slices_part_destroy(tl_ctx *ctx, tli_slices_part *part)
     tl_polydata_destroy(ctx, part->surface);
     void *blocks[] = {part->rim, part->places, part->twins, part->keys, part->slopes, part};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
+}
+
+uint64_t tli_slices_part_bytes(const tli_slices_part *part)
+{
+    const uint64_t slot = part->slopes ? sizeof *part->slopes : 0;
+    const uint64_t shared = sizeof *part->keys + sizeof *part->places + sizeof *part->twins;
+    return sizeof *part + tli_polydata_bytes(part->surface) + part->rim_count * sizeof *part->rim +
+           part->slot_count * slot + part->shared_count * shared;
 }

@@ -128,7 +128,7 @@ tli_live_task tli_live_next(const tl_live *live, double now_s, double *wait_s)
     if (best->stamp != live->scene->stamp) {
         task.step = TLI_LIVE_QUICK;
         task.cut = best->cut;
-        task.tets_max = tli_live_room(live);
+        task.tets_max = STEP_TETS < tli_live_room(live) ? STEP_TETS : tli_live_room(live);
         return task;
     }
     return live->moving ? next_coarse(live, task, now_s, wait_s) : next_fine(live, task);

@@ -86,4 +86,7 @@ void tli_locator_box(const tl_locator *locator, const double low[3], const doubl
 /* Adds the qualifier that ISO C before C23 does not add to an array of arrays by itself. */
 #define TLI_CORNERS(p) ((const double(*)[3])(p))
 
+/* Memory that points, lines or triangles take. */
+uint64_t tli_polydata_bytes(const tl_polydata *polydata);
+
 #endif

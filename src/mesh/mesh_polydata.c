@@ -91,3 +91,14 @@ tl_status tl_polydata_closed(tl_ctx *ctx, const tl_polydata *polydata, bool *clo
     tl_mem_free(ctx, edges);
     return st;
 }
+
+uint64_t tli_polydata_bytes(const tl_polydata *p)
+{
+    uint64_t per_vert = 3 * sizeof *p->xyz, cells = 0;
+    if (p->normals) per_vert += 3 * sizeof *p->normals;
+    for (size_t i = 0; i < p->channel_count; i++)
+        per_vert += p->channels[i].components * sizeof(double);
+    if (p->kind == TL_POLY_TRIANGLES) cells = 3 * p->cell_count;
+    if (p->kind == TL_POLY_LINES) cells = p->cell_count + 1 + p->starts[p->cell_count];
+    return p->vert_count * per_vert + cells * sizeof(tl_lidx);
+}

@@ -133,6 +133,17 @@ tl_status tli_unknown_channel(tl_ctx *ctx, const tl_mesh *mesh, const char *name
 
 /* ---- sources: view_source.c ---- */
 
+/* An open model, which its source shares with contents that read places of it when they are asked.
+ */
+typedef struct tli_book {
+    tl_ctx *ctx;
+    atomic_size_t uses;
+    tl_store *store;
+} tli_book;
+tli_book *tli_book_use(tli_book *book);
+/* The last one closes it. NULL is allowed. */
+void tli_book_release(tli_book *book);
+
 typedef struct tli_look {
     int64_t step;
     tli_body *body; /* of the context that asked for it first; NULL: not made */
@@ -143,7 +154,8 @@ struct tl_source {
     tl_ctx *ctx;
     tl_source_facts facts;
     char *name;
-    tl_store *store; /* NULL: a mesh */
+    tli_book *book;  /* NULL: a mesh */
+    tl_store *store; /* the book's */
     tli_body *body;  /* of a mesh */
     tli_lock lock;   /* of looks */
     tli_bell made;   /* a look was, or failed */
@@ -169,9 +181,16 @@ void tli_source_extremes(const tl_source *source, int64_t step, const tli_body *
 /* A coarse mesh of a model at a step, with all channels, or the mesh of a source, with spots, which
  * are shared with other views. Gives *body, used: one of the caller's own, that borrows them. */
 tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body);
+/* Patches of a cut, rising. Gives *numbers [*count] (tl_mem_free). */
+tl_status tli_cut_list(tl_ctx *ctx, const tl_cut *cut, uint32_t **numbers, size_t *count);
 /* The mesh of a cut as it is drawn. channels [channel_count] of the model. */
-tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, const size_t *channels,
-                          size_t channel_count, double time, tli_recipe recipe, tli_body **body);
+tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, const tl_cut *cut,
+                          const size_t *channels, size_t channel_count, double time,
+                          tli_recipe recipe, tli_body **body);
+/* The same of some of its patches [patch_count], rising. */
+tl_status tli_book_mesh(tl_ctx *ctx, const tli_book *book, const uint32_t *patches,
+                        size_t patch_count, const size_t *channels, size_t channel_count,
+                        double time, tli_recipe recipe, tli_body **body);
 
 /* ---- what a scene derives and chooses: view_derive.c ---- */
 
@@ -258,6 +277,8 @@ typedef struct tli_agenda {
     size_t paint_count;
     bool has_glass; /* something lies inside of the boundary */
     bool has_lines;
+    bool by_patch; /* surfaces and planes of a model, made patch by patch, and what stands around
+                      them (TLI_HULL), of a mesh of its own */
 } tli_agenda;
 /* Step and look alone; all of it. Released also after tli_agenda_begin failed. */
 tl_status tli_agenda_begin(tl_ctx *ctx, tl_view *view, const tl_scene *scene, tli_agenda *agenda);
@@ -268,6 +289,17 @@ tl_status tli_agenda_paint(tl_ctx *ctx, tl_view *view, tli_agenda *agenda, const
 /* Those that colours are explained of: of the volume, of colours, of points. Gives bars [at most
  * paint_count], returns their number. view_build.c */
 size_t tli_agenda_bars(const tli_agenda *agenda, const tl_values **bars);
+/* Which things of a scene. */
+typedef enum tli_share {
+    TLI_ALL,
+    TLI_CUTS, /* surfaces and planes */
+    TLI_HULL  /* what stands around: boundary, edges, silhouettes */
+} tli_share;
+bool tli_shares(tli_share share, const tli_entry *thing);
+/* Whether a boundary is glass: around other things, without colours. */
+bool tli_is_glass(const tli_agenda *agenda, const tli_entry *thing);
+/* Whether a thing of that share is of a paint's channel, or shows its colours. */
+bool tli_is_used(const tli_agenda *agenda, tli_share share, const tli_paint *paint);
 /* The value of a surface. */
 double tli_surface_value(const tl_scene *scene, const tli_entry *thing);
 
@@ -277,8 +309,9 @@ double tli_surface_value(const tl_scene *scene, const tli_entry *thing);
 typedef struct tli_seen {
     float *opacity, *unseen;
 } tli_seen;
-/* False: what is drawn depends on the channels in other ways, all of them count. */
-bool tli_see(const tl_source *source, const tli_agenda *agenda, const tli_seen *seen);
+/* Of some things. False: what is drawn depends on the channels in other ways, all of them count. */
+bool tli_see(const tl_source *source, const tli_agenda *agenda, tli_share share,
+             const tli_seen *seen);
 
 /* ---- views ---- */
 
@@ -293,6 +326,15 @@ typedef struct tli_shape {
 
 enum { TLI_RECENT_PAINTS = 8 };
 
+/* Triangles of the patches of a cut, for one surface or plane: view_strips.c */
+typedef struct tli_strip {
+    tli_recipe recipe; /* of all but the cut */
+    bool is_draft;     /* of cuts that limits made coarser; else of others */
+    bool logarithmic;  /* of what is carried */
+    double factor;
+    tl_slices *slices;
+} tli_strip;
+
 struct tl_view {
     tl_ctx *ctx;
     tl_source *source;
@@ -301,6 +343,7 @@ struct tl_view {
     bool has_cut, has_view; /* it was moved; with a camera: */
     tl_camera camera;
     bool is_limited;  /* by limits to less than the scene asks for */
+    bool is_draft;    /* the cut was asked for with limits */
     size_t *channels; /* [channel_count] of the model that the mesh has */
     size_t channel_count;
     tli_body *whole, *look; /* of the last agenda that began */
@@ -313,6 +356,9 @@ struct tl_view {
     tli_paint *recent[TLI_RECENT_PAINTS]; /* the last that were made; before a build, too */
     size_t recent_next;
     double cut_s, mesh_s;
+    tli_strip **strips; /* [strip_count] that the next build can go on with */
+    size_t strip_count;
+    tl_view *hull; /* of what stands around surfaces, with a cut of its own; NULL: none yet */
 };
 
 /* Moves the cut; makes view->body of it. view_cut.c */
@@ -320,6 +366,8 @@ tl_status tli_view_move(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
                         const tl_view_request *request, const tl_view_limits *limits);
 tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64_t step,
                         double time);
+/* Of the cut's patches, in any order. */
+tli_recipe tli_cut_recipe(const tl_cut *cut, int64_t step);
 /* tl_seeds_follow with the neighbours of the tets, where they are known. TL_ERR_ARG for a channel
  * that lines can't follow. view_seeds.c */
 tl_status tli_flow_check(tl_ctx *ctx, const tl_channel *channel);
@@ -353,12 +401,17 @@ typedef struct tli_thing {
     tl_volume_opts volume_opts;
 } tli_thing;
 
+/* The patches of a cut for one who asks what is at a place, of which a few are made meshes then:
+ * view_places.c */
+typedef struct tli_places tli_places;
+
 struct tl_content {
     tl_ctx *ctx;
     tl_content_facts facts;
     tl_content_error *errors; /* [facts.error_count] of the first channels of the mesh */
     tli_outlook outlook;      /* of a model: what is promised from other cameras */
-    tli_body *body;
+    tli_body *body;           /* of all things; with places of the hull's, or NULL */
+    tli_places *places;       /* of surfaces made patch by patch; else NULL */
     tli_paint **paints;       /* [paint_count] */
     const tl_values **values; /* [paint_count] of them */
     size_t paint_count;
@@ -377,10 +430,18 @@ typedef struct tli_maker {
     tl_ctx *ctx;
     tl_view *view;
     const tli_agenda *agenda;
-    tli_body *body;
+    tli_body *body; /* by_patch: of the hull, or NULL */
     tl_content *content;
-    double diagonal; /* of the source */
+    double diagonal;   /* of the source */
+    bool by_patch;     /* surfaces and planes are made so */
+    tli_recipe recipe; /* by_patch: of the cut */
 } tli_maker;
+/* Triangles of a surface or plane, patch by patch. Gives *triangles. view_strips.c */
+tl_status tli_strip_slice(tli_maker *maker, const tli_entry *entry, tl_polydata **triangles);
+/* Keeps what the agenda, which may be NULL, can go on with. */
+void tli_strips_tidy(tl_view *view, const tli_agenda *agenda);
+/* Memory that they take. */
+uint64_t tli_strips_bytes(const tl_view *view);
 /* Things of a node. view_things.c, view_marks.c, view_swarm.c */
 tl_status tli_make_thing(tli_maker *maker, const tli_entry *entry);
 tl_status tli_make_marks(tli_maker *maker, const tli_entry *entry);

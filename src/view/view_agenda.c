@@ -211,6 +211,66 @@ static tl_status set_look(tl_ctx *ctx, tl_view *view, tli_agenda *agenda)
     return st;
 }
 
+/* ---- which things ---- */
+
+bool tli_shares(tli_share share, const tli_entry *thing)
+{
+    const tl_node_kind kind = thing->kind;
+    if (share == TLI_CUTS) return kind == TL_NODE_SURFACE || kind == TL_NODE_SLICE;
+    if (share == TLI_HULL)
+        return kind == TL_NODE_BOUNDARY || kind == TL_NODE_EDGES || kind == TL_NODE_SILHOUETTES;
+    return true;
+}
+
+bool tli_is_glass(const tli_agenda *agenda, const tli_entry *thing)
+{
+    return thing->kind == TL_NODE_BOUNDARY && agenda->has_glass &&
+           tl_scene_real(agenda->scene, thing->node, "opacity") < 0 &&
+           !tl_scene_flag(agenda->scene, thing->node, "interfaces");
+}
+
+bool tli_is_used(const tli_agenda *agenda, tli_share share, const tli_paint *paint)
+{
+    if (share == TLI_ALL) return true;
+    for (size_t i = 0; i < agenda->thing_count; i++) {
+        const tli_entry *thing = &agenda->things[i];
+        if (!tli_shares(share, thing)) continue;
+        if (thing->own == paint || (thing->color == paint && !tli_is_glass(agenda, thing)))
+            return true;
+    }
+    return false;
+}
+
+static bool is_of_vertices(const tl_source *source, const tli_agenda *agenda,
+                           const tli_paint *paint)
+{
+    return !paint || tli_source_channel(source, agenda->step, paint->values.channel) != TL_NONE;
+}
+
+/* Things that need the mesh of the whole cut: of all that is derived or chosen, of values on tets
+ * and of formulas, and of interfaces. */
+static bool is_by_patch(const tl_source *source, const tli_agenda *agenda)
+{
+    bool has_cuts = false;
+    if (!source->store || tli_derives(agenda->scene)) return false;
+    for (size_t i = 0; i < agenda->thing_count; i++) {
+        const tli_entry *thing = &agenda->things[i];
+        const bool cuts = tli_shares(TLI_CUTS, thing);
+        has_cuts |= cuts;
+        if (!cuts && !tli_shares(TLI_HULL, thing)) return false;
+        if (cuts && !(is_of_vertices(source, agenda, thing->own) &&
+                      is_of_vertices(source, agenda, thing->color)))
+            return false;
+        if (thing->kind == TL_NODE_BOUNDARY &&
+            (tl_scene_flag(agenda->scene, thing->node, "interfaces") ||
+             tl_scene_real(agenda->scene, thing->node, "mark") != 0))
+            return false;
+    }
+    return has_cuts;
+}
+
+/* ---- life ---- */
+
 tl_status tli_agenda_begin(tl_ctx *ctx, tl_view *view, const tl_scene *scene, tli_agenda *agenda)
 {
     *agenda = (tli_agenda){.scene = scene};
@@ -226,6 +286,7 @@ tl_status tli_agenda_create(tl_ctx *ctx, tl_view *view, const tl_scene *scene, t
     tl_status st = tli_agenda_begin(ctx, view, scene, agenda);
     if (!st) st = set_things(ctx, agenda);
     if (!st) st = set_paints(ctx, view, agenda);
+    if (!st) agenda->by_patch = is_by_patch(view->source, agenda);
     if (st) tli_agenda_release(ctx, agenda);
     return st;
 }

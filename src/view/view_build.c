@@ -3,19 +3,9 @@
 
 #include "view/view.h"
 #include "view/view_frustum.h"
+#include "view/view_places.h"
 
 /* ---- facts ---- */
-
-static uint64_t polydata_bytes(const tl_polydata *p)
-{
-    uint64_t per_vert = 3 * sizeof *p->xyz, cells = 0;
-    if (p->normals) per_vert += 3 * sizeof *p->normals;
-    for (size_t i = 0; i < p->channel_count; i++)
-        per_vert += p->channels[i].components * sizeof(double);
-    if (p->kind == TL_POLY_TRIANGLES) cells = 3 * p->cell_count;
-    if (p->kind == TL_POLY_LINES) cells = p->cell_count + 1 + p->starts[p->cell_count];
-    return p->vert_count * per_vert + cells * sizeof(tl_lidx);
-}
 
 static uint64_t body_bytes(const tli_body *body)
 {
@@ -41,11 +31,21 @@ static tl_status set_errors(tl_ctx *ctx, const tl_view *view, tl_content *c)
     if (!view->source->store) return TL_OK;
     c->errors = tl_mem_alloc(ctx, view->channel_count, sizeof *c->errors, &st);
     for (size_t i = 0; !st && i < view->channel_count; i++)
-        c->errors[i] = (tl_content_error){tl_mesh_channel(c->body->mesh, i)->name,
+        c->errors[i] = (tl_content_error){c->places ? tli_places_channel(c->places, i)
+                                                    : tl_mesh_channel(c->body->mesh, i)->name,
                                           tl_cut_channel_error(view->cut, view->channels[i])};
     c->facts.errors = c->errors;
     c->facts.error_count = st ? 0 : view->channel_count;
     return st;
+}
+
+/* What stands around surfaces keeps what is asked for, too. */
+static void add_hull(const tl_view *hull, tl_content_facts *f)
+{
+    if (hull->has_view) f->error_px = fmax(f->error_px, hull->state.pixels);
+    f->boundary_error = fmax(f->boundary_error, hull->state.boundary_error);
+    f->bounds_kept = f->bounds_kept && hull->state.bounds_kept;
+    f->is_complete = f->is_complete && !hull->is_limited;
 }
 
 static tl_status set_facts(tl_ctx *ctx, const tl_view *view, const tli_agenda *agenda,
@@ -54,17 +54,19 @@ static tl_status set_facts(tl_ctx *ctx, const tl_view *view, const tli_agenda *a
     const tl_source_facts *source = &view->source->facts;
     tl_content_facts *f = &c->facts;
     f->is_model = source->is_model;
-    f->tets = tl_mesh_tet_count(c->body->mesh);
-    f->verts = tl_mesh_vert_count(c->body->mesh);
-    f->whole_tets = c->body->whole_tets ? c->body->whole_tets : f->tets;
+    f->tets = c->places ? view->state.tets : tl_mesh_tet_count(c->body->mesh);
+    f->verts = c->places ? 0 : tl_mesh_vert_count(c->body->mesh);
+    f->is_part = !c->places && c->body->whole_tets;
+    f->whole_tets = f->is_part ? c->body->whole_tets : f->tets;
     f->source_tets = source->tets;
     f->bounds_kept = f->is_complete = true;
     memcpy(f->bounds, tli_chooses(agenda->scene) ? agenda->look->bounds : source->bounds,
            sizeof f->bounds);
-    f->bytes = body_bytes(c->body);
+    f->bytes = c->body ? body_bytes(c->body) : 0;
     for (size_t i = 0; i < c->shape_count; i++)
         for (int part = 0; part < 2; part++)
-            if (c->shapes[i]->parts[part]) f->bytes += polydata_bytes(c->shapes[i]->parts[part]);
+            if (c->shapes[i]->parts[part])
+                f->bytes += tli_polydata_bytes(c->shapes[i]->parts[part]);
     for (size_t i = 0; i < c->thing_count; i++) f->is_moving |= c->things[i].speed != 0;
     if (!source->is_model) return TL_OK;
     f->patches = view->state.patches;
@@ -73,41 +75,51 @@ static tl_status set_facts(tl_ctx *ctx, const tl_view *view, const tli_agenda *a
     f->space_error = view->state.space_error;
     f->bounds_kept = view->state.bounds_kept;
     f->is_complete = !view->is_limited;
+    if (c->places) {
+        f->bytes += tli_strips_bytes(view);
+        if (c->body) add_hull(view->hull, f);
+    }
     tl_status st = set_errors(ctx, view, c);
     return st ? st : tli_outlook_take(ctx, view->cut, &c->outlook);
 }
 
 /* ---- the cut of an agenda ---- */
 
-/* Names of the channels that are drawn; 0: all are needed, as for an expression. */
-static size_t needed_names(const tl_view *view, const tli_agenda *agenda, const char **names)
+/* Names of the channels that are drawn. False: all are needed, as for an expression. */
+static bool needed_names(const tl_view *view, const tli_agenda *agenda, tli_share share,
+                         const char **names, size_t *count)
 {
     const tl_store_head *head = tl_store_get_head(view->source->store);
-    if (agenda->has_lines) return 0;
+    *count = 0;
+    if (agenda->has_lines) return false;
     for (size_t i = 0; i < agenda->paint_count; i++) {
         uint32_t c = 0;
-        names[i] = agenda->paints[i]->channel;
-        while (c < head->channel_count && strcmp(head->channels[c].name, names[i]) != 0) c++;
-        if (c == head->channel_count) return 0;
+        const char *name = agenda->paints[i]->channel;
+        if (!tli_is_used(agenda, share, agenda->paints[i])) continue;
+        while (c < head->channel_count && strcmp(head->channels[c].name, name) != 0) c++;
+        if (c == head->channel_count) return false;
+        names[(*count)++] = name;
     }
-    return agenda->paint_count;
+    return *count || share == TLI_HULL;
 }
 
-static tl_status move_cut(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
+/* Moves the cut of a view for a share of the things; those that are asked have the channels of all.
+ */
+static tl_status move_cut(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda, tli_share share,
                           const tl_camera *camera, const tl_view_limits *limits)
 {
     tl_status st = TL_OK;
     tl_view_request request = tl_view_request_defaults();
     if (!view->source->store) return TL_OK;
     const size_t bins = (size_t)tl_store_get_head(view->source->store)->channel_count * TL_BINS;
+    const tli_share named = share == TLI_HULL ? TLI_HULL : TLI_ALL;
     tli_seen seen = {tl_mem_zalloc(ctx, bins, sizeof(float), &st), NULL};
     seen.unseen = tl_mem_zalloc(ctx, bins, sizeof(float), &st);
-    const char **names = tl_mem_alloc(ctx, agenda->paint_count, sizeof *names, &st);
+    const char **names = tl_mem_alloc(ctx, agenda->paint_count + 1, sizeof *names, &st);
     if (!st) {
         request.camera = camera;
-        request.name_count = needed_names(view, agenda, names);
-        request.names = request.name_count ? names : NULL;
-        if (tli_see(view->source, agenda, &seen)) {
+        if (needed_names(view, agenda, named, names, &request.name_count)) request.names = names;
+        if (tli_see(view->source, agenda, share, &seen)) {
             request.opacity = seen.opacity;
             request.unseen = seen.unseen;
         }
@@ -117,6 +129,51 @@ static tl_status move_cut(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
     tl_mem_free(ctx, seen.unseen);
     tl_mem_free(ctx, seen.opacity);
     return st;
+}
+
+static void drop_body(tl_view *view)
+{
+    tli_body_release(view->body);
+    view->body = NULL;
+}
+
+/* The mesh that boundary and edges around surfaces are made of, as coarse as they may be. */
+static tl_status make_hull(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
+                           const tl_camera *camera, const tl_view_limits *limits)
+{
+    tl_status st = view->hull ? TL_OK : tl_view_create(ctx, view->source, &view->hull);
+    if (!st) st = move_cut(ctx, view->hull, agenda, TLI_HULL, camera, limits);
+    if (!st) st = tli_view_body(ctx, view->hull, agenda->scene, agenda->step, agenda->time);
+    if (st) return st;
+    view->cut_s += view->hull->cut_s;
+    view->mesh_s += view->hull->mesh_s;
+    return TL_OK;
+}
+
+/* Cut and meshes: of all things one, or, where surfaces are made patch by patch, that of the hull.
+ */
+static tl_status make_meshes(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
+                             const tl_camera *camera, const tl_view_limits *limits, tl_content *c)
+{
+    bool has_hull = false;
+    tl_view_limits own = *limits;
+    const tli_share share = agenda->by_patch ? TLI_CUTS : TLI_ALL;
+    own.any_cut = own.any_cut && (agenda->by_patch || view->body || !view->has_cut ||
+                                  view->state.tets <= limits->tets_max);
+    tl_status st = move_cut(ctx, view, agenda, share, camera, &own);
+    for (size_t i = 0; i < agenda->thing_count; i++)
+        has_hull |= agenda->by_patch && tli_shares(TLI_HULL, &agenda->things[i]);
+    if (view->hull && !has_hull) drop_body(view->hull);
+    if (!st && !agenda->by_patch) {
+        st = tli_view_body(ctx, view, agenda->scene, agenda->step, agenda->time);
+        if (!st) c->body = tli_body_use(view->body);
+        return st;
+    }
+    drop_body(view);
+    view->mesh_s = 0;
+    if (!st && has_hull) st = make_hull(ctx, view, agenda, camera, &own);
+    if (!st && has_hull) c->body = tli_body_use(view->hull->body);
+    return st ? st : tli_places_create(ctx, view, agenda->time, &c->places);
 }
 
 /* ---- things ---- */
@@ -183,7 +240,11 @@ static tl_status make_things(tl_ctx *ctx, tl_view *view, const tli_agenda *agend
                        .agenda = agenda,
                        .body = c->body,
                        .content = c,
-                       .diagonal = view->source->facts.diagonal};
+                       .diagonal = view->source->facts.diagonal,
+                       .by_patch = agenda->by_patch};
+    maker.recipe = agenda->by_patch
+                       ? tli_recipe_text(tli_cut_recipe(view->cut, agenda->step), "cut")
+                       : c->body->recipe;
     for (size_t i = 0; !st && i < agenda->thing_count; i++) {
         st = tli_make_thing(&maker, &agenda->things[i]);
         if (!st) st = tl_progress(ctx, "scene", i + 1, agenda->thing_count);
@@ -213,6 +274,7 @@ void tl_content_destroy(tl_ctx *ctx, tl_content *content)
     tl_mem_free(ctx, content->values);
     tl_mem_free(ctx, content->errors);
     tli_outlook_release(ctx, &content->outlook);
+    tli_places_destroy(content->places);
     tli_body_release(content->body);
     tl_mem_free(ctx, content);
 }
@@ -243,6 +305,9 @@ static tl_status keep(tl_ctx *ctx, tl_view *view, const tl_content *c)
 void tl_view_destroy(tl_view *view)
 {
     if (!view) return;
+    tl_view_destroy(view->hull);
+    tli_strips_tidy(view, NULL);
+    tl_mem_free(view->ctx, view->strips);
     release_kept(view->ctx, view->paints, view->paint_count, view->shapes, view->shape_count);
     for (size_t i = 0; i < TLI_RECENT_PAINTS; i++) tli_paint_release(view->recent[i]);
     tli_body_release(view->body);
@@ -258,13 +323,12 @@ void tl_view_destroy(tl_view *view)
 static tl_status build(tl_ctx *ctx, tl_view *view, const tli_agenda *agenda,
                        const tl_camera *camera, const tl_view_limits *limits, tl_content *c)
 {
-    tl_status st = move_cut(ctx, view, agenda, camera, limits);
-    if (!st) st = tli_view_body(ctx, view, agenda->scene, agenda->step, agenda->time);
+    tl_status st = make_meshes(ctx, view, agenda, camera, limits, c);
     if (st) return st;
-    c->body = tli_body_use(view->body);
     const double start = tli_clock_s();
     st = take_paints(ctx, agenda, c);
     if (!st) st = make_things(ctx, view, agenda, camera, c);
+    if (!st) tli_strips_tidy(view, agenda);
     if (!st) st = set_facts(ctx, view, agenda, c);
     if (!st) st = keep(ctx, view, c);
     c->facts.cut_s = view->cut_s;
@@ -290,6 +354,7 @@ tl_status tl_view_build(tl_ctx *ctx, tl_view *view, const tl_scene *scene, const
         st = build(ctx, view, &agenda, camera, &own, made);
     }
     tli_agenda_release(ctx, &agenda);
+    if (st == TL_ERR_MEMORY || st == TL_ERR_BUDGET) tli_strips_tidy(view, NULL); /* for the next */
     if (st)
         tl_content_destroy(ctx, made);
     else

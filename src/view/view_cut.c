@@ -191,14 +191,13 @@ static tl_status fill_query(asked *a, const tl_view_limits *limits, tl_cut_query
 
 /* ---- the cut ---- */
 
-/* Of what the patches are, in any order. */
-static tli_recipe recipe_of(const tl_cut *cut)
+tli_recipe tli_cut_recipe(const tl_cut *cut, int64_t step)
 {
     size_t count;
     tli_recipe sum = 0;
     const uint32_t *patches = tl_cut_patches(cut, &count);
     for (size_t i = 0; i < count; i++) sum += tli_recipe_count(3, patches[i]);
-    return tli_recipe_count(sum, count);
+    return tli_recipe_count(tli_recipe_count(sum, count), (uint64_t)step);
 }
 
 static bool is_named(const tl_view_request *request, const char *name)
@@ -246,6 +245,7 @@ tl_status tli_view_move(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     if (st) return st;
     view->state = tl_cut_get_state(view->cut);
     const bool has_all = a.is_bounded && view->state.bounds_kept;
+    if (!stays) view->is_draft = a.is_coarser || a.is_smaller;
     view->is_limited =
         stays ? !has_all && !is_frozen(scene) : a.is_coarser || (a.is_smaller && !has_all);
     /* the camera is the one that the cut was made for */
@@ -264,7 +264,7 @@ tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     const double start = tli_clock_s();
     tli_recipe recipe = 1;
     if (view->source->store) {
-        recipe = tli_recipe_count(recipe_of(view->cut), (uint64_t)step);
+        recipe = tli_cut_recipe(view->cut, step);
         recipe =
             tli_recipe_bytes(recipe, view->channels, view->channel_count * sizeof *view->channels);
     }

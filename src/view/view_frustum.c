@@ -88,7 +88,7 @@ tl_status tli_make_frustum(tli_maker *maker, const tl_camera *camera)
     if (!view->has_view || !tl_scene_flag(maker->agenda->scene, TL_NODE_DETAIL + 1, "frozen") ||
         tli_camera_is_same(&view->camera, camera))
         return TL_OK;
-    tli_recipe recipe = tli_recipe_text(maker->body->recipe, "frustum");
+    tli_recipe recipe = tli_recipe_text(maker->recipe, "frustum");
     recipe = tli_recipe_bytes(recipe, &view->camera, sizeof view->camera);
     const tli_shape *shape = tli_maker_find(maker, recipe, &st);
     if (!st && !shape) {

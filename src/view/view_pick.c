@@ -3,8 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "view/view.h"
-#include "view/view_ray.h"
+#include "view/view_places.h"
 
 enum { VEILS_FIRST = 16 };
 
@@ -47,12 +46,9 @@ static void hide_marks(tl_probe *probe)
     probe->value_count = kept;
 }
 
-tl_status tl_content_probe(tl_ctx *ctx, const tl_content *content, const double xyz[3],
-                           tl_probe *probe)
+static tl_status probe_body(tl_ctx *ctx, tli_body *body, const double xyz[3], tl_probe *probe)
 {
     const tl_locator *locator = NULL;
-    tli_body *body = content->body;
-    *probe = (tl_probe){0};
     tl_status st = get_locator(ctx, body, &locator);
     if (!st) st = tl_mesh_probe(ctx, body->mesh, locator, xyz, probe);
     if (st) return st;
@@ -67,6 +63,20 @@ tl_status tl_content_probe(tl_ctx *ctx, const tl_content *content, const double 
                                      : (double)INFINITY;
     hide_marks(probe);
     return TL_OK;
+}
+
+tl_status tl_content_probe(tl_ctx *ctx, const tl_content *content, const double xyz[3],
+                           tl_probe *probe)
+{
+    tli_body *body = NULL;
+    *probe = (tl_probe){0};
+    if (!content->places) return probe_body(ctx, content->body, xyz, probe);
+    memcpy(probe->xyz, xyz, sizeof probe->xyz);
+    tl_status st = tli_places_around(ctx, content->places, xyz, &body);
+    if (!st && body) st = probe_body(ctx, body, xyz, probe);
+    if (!st) st = tli_places_name(ctx, content->places, probe);
+    tli_body_release(body);
+    return st;
 }
 
 /* ---- picking ---- */
@@ -151,28 +161,49 @@ static int by_place(const void *a, const void *b)
     return (x->t > y->t) - (x->t < y->t);
 }
 
+/* Where a line comes into the mesh. body may be NULL: there is none. */
+static tl_status meet_mesh(tl_ctx *ctx, tli_body *body, const tli_sight *sight, double *t,
+                           bool *is_hit)
+{
+    const tl_locator *locator = NULL;
+    if (!body) return TL_OK;
+    tl_status st = get_locator(ctx, body, &locator);
+    return st ? st
+              : tli_sight_meet(ctx, body->mesh, locator, body->bounds, sight, NULL, 0, t, is_hit);
+}
+
+/* Half of the opacity on a line: of all things, or, where there is no volume, of those alone that
+ * need no mesh. */
+static tl_status meet_half(search *s, tli_body *body, double *t, bool *is_hit)
+{
+    const tl_locator *locator = NULL;
+    tl_status st = s->fog.scalar ? get_locator(s->ctx, body, &locator) : TL_OK;
+    if (s->veil_count) qsort(s->veils, s->veil_count, sizeof *s->veils, by_place);
+    if (st) return st;
+    return tli_sight_half(s->ctx, body ? body->mesh : NULL, locator, body ? body->bounds : NULL,
+                          &s->sight, &s->fog, s->veils, s->veil_count, s->end, t, is_hit);
+}
+
 tl_status tl_content_pick(tl_ctx *ctx, const tl_content *content, const tl_camera *camera,
                           double x_px, double y_px, const tl_image *image, double xyz[3],
                           bool *is_hit)
 {
     double t = 0;
     search s = {.ctx = ctx};
-    const tl_locator *locator = NULL;
-    const tli_body *body = content->body;
+    tli_body *near = NULL;
     *is_hit = false;
     tl_status st = tl_camera_check(ctx, camera);
-    if (!st) st = get_locator(ctx, content->body, &locator);
     if (st) return st;
     tl_camera_ray(camera, x_px, y_px, s.sight.origin, s.sight.direction);
     s.sight.least = camera->parallel_scale > 0 ? -(double)INFINITY : 0;
     s.end = opaque_distance(camera, image, x_px, y_px, &s.sight);
     st = meet_things(&s, content);
-    if (s.veil_count) qsort(s.veils, s.veil_count, sizeof *s.veils, by_place);
-    if (!st)
-        st = tli_sight_half(ctx, body->mesh, locator, body->bounds, &s.sight, &s.fog, s.veils,
-                            s.veil_count, s.end, &t, is_hit);
+    if (!st) st = meet_half(&s, content->body, &t, is_hit);
+    if (!st && !*is_hit && content->places)
+        st = tli_places_along(ctx, content->places, &s.sight, &near);
     if (!st && !*is_hit)
-        st = tli_sight_meet(ctx, body->mesh, locator, body->bounds, &s.sight, NULL, 0, &t, is_hit);
+        st = meet_mesh(ctx, content->places ? near : content->body, &s.sight, &t, is_hit);
+    tli_body_release(near);
     tl_mem_free(ctx, s.veils);
     for (int k = 0; k < 3 && *is_hit; k++) xyz[k] = s.sight.origin[k] + t * s.sight.direction[k];
     return st;

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "cut/cut_mesh.h"
 #include "view/view.h"
 
 /* Tets of a look. */
@@ -96,6 +97,34 @@ static tl_status set_mesh_facts(tl_ctx *ctx, tl_source *source)
 
 /* ---- life ---- */
 
+tli_book *tli_book_use(tli_book *book)
+{
+    atomic_fetch_add(&book->uses, 1);
+    return book;
+}
+
+void tli_book_release(tli_book *book)
+{
+    if (!book || atomic_fetch_sub(&book->uses, 1) > 1) return;
+    tl_store_close(book->store);
+    tl_mem_free(book->ctx, book);
+}
+
+static tl_status open_book(tl_ctx *ctx, const char *path, tli_book **book)
+{
+    tl_status st = TL_OK;
+    tli_book *made = tl_mem_zalloc(ctx, 1, sizeof *made, &st);
+    if (!st) st = tl_store_open(ctx, path, &made->store);
+    if (st) {
+        tl_mem_free(ctx, made);
+        return st;
+    }
+    made->ctx = ctx;
+    atomic_init(&made->uses, 1);
+    *book = made;
+    return TL_OK;
+}
+
 static tl_status create(tl_ctx *ctx, const char *name, tl_source **source)
 {
     tl_status st = TL_OK;
@@ -127,8 +156,11 @@ static tl_status fail(tl_source **source, tl_status status)
 tl_status tl_source_open(tl_ctx *ctx, const char *path, tl_source **source)
 {
     tl_status st = create(ctx, path, source);
-    if (!st) st = tl_store_open(ctx, path, &(*source)->store);
-    if (!st) st = set_model_facts(ctx, *source);
+    if (!st) st = open_book(ctx, path, &(*source)->book);
+    if (!st) {
+        (*source)->store = (*source)->book->store;
+        st = set_model_facts(ctx, *source);
+    }
     if (!st)
         (*source)->looks =
             tl_mem_zalloc(ctx, (*source)->facts.step_count + 1, sizeof *(*source)->looks, &st);
@@ -170,7 +202,7 @@ void tl_source_destroy(tl_source *source)
     for (size_t i = 0; i < source->look_count; i++) tli_body_release(source->looks[i].body);
     tl_mem_free(ctx, source->looks);
     tli_body_release(source->body);
-    tl_store_close(source->store);
+    tli_book_release(source->book);
     tli_free_const(ctx, source->facts.steps);
     tli_free_const(ctx, source->facts.channels);
     tl_mem_free(ctx, source->name);
@@ -280,38 +312,45 @@ static tl_status set_errors(tl_ctx *ctx, const tl_store *store, const tl_patch_i
     return st;
 }
 
-/* The mesh of a cut has the patches one after another, by number. */
-static tl_status set_runs(tl_ctx *ctx, const tl_store *store, const tl_cut *cut,
+tl_status tli_cut_list(tl_ctx *ctx, const tl_cut *cut, uint32_t **numbers, size_t *count)
+{
+    tl_status st = TL_OK;
+    const uint32_t *drawn = tl_cut_patches(cut, count);
+    *numbers = tl_mem_alloc(ctx, *count, sizeof **numbers, &st);
+    if (st || !*count) return st;
+    memcpy(*numbers, drawn, *count * sizeof **numbers);
+    qsort(*numbers, *count, sizeof **numbers, by_number);
+    return TL_OK;
+}
+
+/* A mesh of patches has them one after another, by number. */
+static tl_status set_runs(tl_ctx *ctx, const tl_store *store, const uint32_t *patches, size_t count,
                           const size_t *channels, size_t channel_count, tli_body *body)
 {
     tl_status st = TL_OK;
-    size_t count;
-    const uint32_t *drawn = tl_cut_patches(cut, &count);
-    uint32_t *numbers = tl_mem_alloc(ctx, count, sizeof *numbers, &st);
     body->runs = tl_mem_alloc(ctx, count, sizeof *body->runs, &st);
     body->run_errors = tl_mem_alloc(ctx, count, channel_count * sizeof *body->run_errors, &st);
     body->error_count = channel_count;
-    if (!st && count) memcpy(numbers, drawn, count * sizeof *numbers);
-    if (!st && count) qsort(numbers, count, sizeof *numbers, by_number);
     for (size_t i = 0; !st && i < count; i++) {
         tl_patch_info info;
-        st = tl_store_patch(ctx, store, numbers[i], &info);
+        st = tl_store_patch(ctx, store, patches[i], &info);
         if (st) break;
-        body->runs[i] = (tli_run){numbers[i], info.tet_count, info.level};
+        body->runs[i] = (tli_run){patches[i], info.tet_count, info.level};
         st = set_errors(ctx, store, &info, channels, channel_count,
                         body->run_errors + i * channel_count);
     }
     body->run_count = st ? 0 : count;
-    tl_mem_free(ctx, numbers);
     return st;
 }
 
-tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, const size_t *channels,
-                          size_t channel_count, double time, tli_recipe recipe, tli_body **body)
+tl_status tli_book_mesh(tl_ctx *ctx, const tli_book *book, const uint32_t *patches,
+                        size_t patch_count, const size_t *channels, size_t channel_count,
+                        double time, tli_recipe recipe, tli_body **body)
 {
     tl_mesh *mesh = NULL;
     *body = NULL;
-    tl_status st = tl_cut_mesh(cut, channels, channel_count, &mesh);
+    tl_status st =
+        tli_patches_mesh(ctx, book->store, patches, patch_count, channels, channel_count, &mesh);
     if (st) return st;
     tl_mesh_set_time(mesh, time);
     st = tli_body_create(ctx, mesh, recipe, body);
@@ -319,11 +358,26 @@ tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, tl_cut *cut, con
         tl_mesh_destroy(mesh);
         return st;
     }
-    st = set_runs(ctx, source->store, cut, channels, channel_count, *body);
+    st = set_runs(ctx, book->store, patches, patch_count, channels, channel_count, *body);
     if (st) {
         tli_body_release(*body);
         *body = NULL;
     }
+    return st;
+}
+
+tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, const tl_cut *cut,
+                          const size_t *channels, size_t channel_count, double time,
+                          tli_recipe recipe, tli_body **body)
+{
+    size_t count;
+    uint32_t *patches = NULL;
+    tl_status st = tli_cut_list(ctx, cut, &patches, &count);
+    *body = NULL;
+    if (!st)
+        st = tli_book_mesh(ctx, source->book, patches, count, channels, channel_count, time, recipe,
+                           body);
+    tl_mem_free(ctx, patches);
     return st;
 }
 

@@ -17,7 +17,8 @@ double tli_maker_real(const tli_maker *maker, const tli_entry *entry, const char
 
 tli_recipe tli_maker_recipe(const tli_maker *maker, const tli_entry *entry)
 {
-    return tli_recipe_count(maker->body->recipe, (uint64_t)entry->kind);
+    const bool of_cut = maker->by_patch && tli_shares(TLI_CUTS, entry);
+    return tli_recipe_count(of_cut ? maker->recipe : maker->body->recipe, (uint64_t)entry->kind);
 }
 
 /* The colour of a node, or another one where it is empty. Returns whether it is not. */
@@ -220,11 +221,10 @@ static tl_status make_volume(tli_maker *m, const tli_entry *entry)
 /* ---- surfaces ---- */
 
 static tl_status slice_surface(tli_maker *m, const tli_entry *entry, double value,
-                               tli_recipe recipe, const tli_shape **shape)
+                               tl_polydata **triangles)
 {
     tli_scalar *scalar;
     tli_dressed dressed;
-    tl_polydata *triangles = NULL;
     tl_slice_opts opts = tl_slice_opts_defaults();
     tl_status st = tli_maker_scalar(m, entry->own, true, &scalar);
     if (!st) st = tli_body_gradients(m->ctx, m->body, scalar);
@@ -235,14 +235,7 @@ static tl_status slice_surface(tli_maker *m, const tli_entry *entry, double valu
     opts.gradients = scalar->gradients;
     opts.channels = &dressed.first;
     opts.channel_count = dressed.mesh.channel_count;
-    st = tl_slice_mesh(m->ctx, &dressed.mesh, scalar->values, &opts, &triangles);
-    if (!st && !triangles->cell_count)
-        tl_log(m->ctx, TL_LOG_WARNING,
-               "%s is empty: '%s' has the value %g nowhere, it goes from %g to %g",
-               tl_scene_name(m->agenda->scene, entry->node), entry->own->values.channel,
-               tli_surface_value(m->agenda->scene, entry), entry->own->values.least,
-               entry->own->values.most);
-    return st ? st : tli_maker_keep(m, recipe, triangles, NULL, shape);
+    return tl_slice_mesh(m->ctx, &dressed.mesh, scalar->values, &opts, triangles);
 }
 
 static tl_status make_surface(tli_maker *m, const tli_entry *entry)
@@ -254,7 +247,17 @@ static tl_status make_surface(tli_maker *m, const tli_entry *entry)
     tli_recipe recipe = with_paint(with_paint(tli_maker_recipe(m, entry), own), color);
     recipe = tli_recipe_real(recipe, shown);
     const tli_shape *shape = tli_maker_find(m, recipe, &st);
-    if (!st && !shape) st = slice_surface(m, entry, shown, recipe, &shape);
+    if (!st && !shape) {
+        tl_polydata *triangles = NULL;
+        st = m->by_patch ? tli_strip_slice(m, entry, &triangles)
+                         : slice_surface(m, entry, shown, &triangles);
+        if (!st && !triangles->cell_count)
+            tl_log(m->ctx, TL_LOG_WARNING,
+                   "%s is empty: '%s' has the value %g nowhere, it goes from %g to %g",
+                   tl_scene_name(m->agenda->scene, entry->node), own->values.channel, value,
+                   own->values.least, own->values.most);
+        if (!st) st = tli_maker_keep(m, recipe, triangles, NULL, &shape);
+    }
     if (st) return st;
     tli_thing thing = surface_of(m, entry, shape, color);
     thing.recipe = tli_recipe_count(thing.recipe, own->recipe);
@@ -269,11 +272,10 @@ static tl_status make_surface(tli_maker *m, const tli_entry *entry)
 }
 
 static tl_status slice_plane(tli_maker *m, const tli_entry *entry, const double plane[6],
-                             tli_recipe recipe, const tli_shape **shape)
+                             tl_polydata **triangles)
 {
     tl_status st = TL_OK;
     tli_dressed dressed;
-    tl_polydata *triangles = NULL;
     const double value = 0;
     const size_t count = tl_mesh_vert_count(m->body->mesh);
     double *distance = tl_mem_alloc(m->ctx, count, sizeof *distance, &st);
@@ -285,15 +287,18 @@ static tl_status slice_plane(tli_maker *m, const tli_entry *entry, const double 
         opts.value_count = 1;
         opts.channels = &dressed.first;
         opts.channel_count = dressed.mesh.channel_count;
-        st = tl_slice_mesh(m->ctx, &dressed.mesh, distance, &opts, &triangles);
+        st = tl_slice_mesh(m->ctx, &dressed.mesh, distance, &opts, triangles);
     }
     tl_mem_free(m->ctx, distance);
-    const double *b = m->body->bounds;
-    if (!st && !triangles->cell_count)
-        tl_log(m->ctx, TL_LOG_WARNING,
-               "%s is empty: its plane lies beside the mesh, x %g .. %g, y %g .. %g, z %g .. %g",
-               tl_scene_name(m->agenda->scene, entry->node), b[0], b[1], b[2], b[3], b[4], b[5]);
-    return st ? st : tli_maker_keep(m, recipe, triangles, NULL, shape);
+    return st;
+}
+
+static void warn_beside(const tli_maker *m, const tli_entry *entry)
+{
+    const double *b = m->by_patch ? m->view->source->facts.bounds : m->body->bounds;
+    tl_log(m->ctx, TL_LOG_WARNING,
+           "%s is empty: its plane lies beside the mesh, x %g .. %g, y %g .. %g, z %g .. %g",
+           tl_scene_name(m->agenda->scene, entry->node), b[0], b[1], b[2], b[3], b[4], b[5]);
 }
 
 /* Planes show values, unlit: a colour on the picture is one of the bar. */
@@ -305,7 +310,13 @@ static tl_status make_slice(tli_maker *m, const tli_entry *entry)
     const tli_recipe recipe =
         tli_recipe_bytes(with_paint(tli_maker_recipe(m, entry), entry->color), plane, sizeof plane);
     const tli_shape *shape = tli_maker_find(m, recipe, &st);
-    if (!st && !shape) st = slice_plane(m, entry, plane, recipe, &shape);
+    if (!st && !shape) {
+        tl_polydata *triangles = NULL;
+        st = m->by_patch ? tli_strip_slice(m, entry, &triangles)
+                         : slice_plane(m, entry, plane, &triangles);
+        if (!st && !triangles->cell_count) warn_beside(m, entry);
+        if (!st) st = tli_maker_keep(m, recipe, triangles, NULL, &shape);
+    }
     if (st) return st;
     tli_thing thing = surface_of(m, entry, shape, entry->color);
     thing.look.lit = !thing.look.scalar;
@@ -319,7 +330,7 @@ static tl_status make_boundary(tli_maker *m, const tli_entry *entry)
     tl_status st = TL_OK;
     const double opacity = tli_maker_real(m, entry, "opacity");
     const bool inside = tl_scene_flag(m->agenda->scene, entry->node, "interfaces");
-    const bool is_glass = opacity < 0 && m->agenda->has_glass && !inside;
+    const bool is_glass = tli_is_glass(m->agenda, entry);
     const tli_paint *color = is_glass ? NULL : entry->color;
     tl_boundary_opts opts = tl_boundary_opts_defaults();
     opts.regions = false;

@@ -41,14 +41,17 @@ static void see_paint(const tl_store_head *head, const tli_paint *paint, bool is
 }
 
 /* Each paint once, as a volume or as a colour. */
-static void see_colors(const tl_source *source, const tli_agenda *agenda, const tli_seen *seen)
+static void see_colors(const tl_source *source, const tli_agenda *agenda, tli_share share,
+                       const tli_seen *seen)
 {
     const tl_store_head *head = tl_store_get_head(source->store);
     for (size_t p = 0; p < agenda->paint_count; p++) {
         const tli_paint *paint = agenda->paints[p];
         bool is_volume = false, is_color = false;
+        if (!tli_is_used(agenda, share, paint)) continue;
         for (size_t i = 0; i < agenda->thing_count; i++) {
             const tli_entry *thing = &agenda->things[i];
+            if (!tli_shares(share, thing)) continue;
             is_volume |= thing->kind == TL_NODE_VOLUME && thing->own == paint;
             is_color |=
                 thing->color == paint || (thing->kind == TL_NODE_POINTS && thing->own == paint);
@@ -59,20 +62,22 @@ static void see_colors(const tl_source *source, const tli_agenda *agenda, const 
     }
 }
 
-bool tli_see(const tl_source *source, const tli_agenda *agenda, const tli_seen *seen)
+bool tli_see(const tl_source *source, const tli_agenda *agenda, tli_share share,
+             const tli_seen *seen)
 {
     const tl_store_head *head = tl_store_get_head(source->store);
     if (agenda->has_lines) return false;
     for (size_t i = 0; i < agenda->paint_count; i++) {
         const tl_values *values = &agenda->paints[i]->values;
+        if (!tli_is_used(agenda, share, agenda->paints[i])) continue;
         if (tli_source_channel(source, agenda->step, values->channel) == TL_NONE ||
             !(values->range[0] < values->range[1]))
             return false;
     }
-    see_colors(source, agenda, seen);
+    see_colors(source, agenda, share, seen);
     for (size_t i = 0; i < agenda->thing_count; i++) { /* every error shows */
         const tli_entry *thing = &agenda->things[i];
-        if (thing->kind != TL_NODE_SURFACE) continue;
+        if (thing->kind != TL_NODE_SURFACE || !tli_shares(share, thing)) continue;
         const uint32_t c = tli_source_channel(source, agenda->step, thing->own->values.channel);
         const size_t at = c * (size_t)TL_BINS + tl_bin_of(head->channels[c].range,
                                                           tli_surface_value(agenda->scene, thing));
