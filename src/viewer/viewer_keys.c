@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define COLUMNS 3
-#define KEYS_MAX 4                               /* of an action, on the page */
+enum { KEY_CHARS = 18, LABEL_CHARS = 26 };       /* of the columns of the page */
 static const char ROW_KEY[] = "tetralod-action"; /* what a row of the page is about */
 
 typedef struct row {
@@ -152,32 +152,46 @@ void viewer_add_actions(viewer *v, const viewer_action *actions, size_t action_c
 
 /* ---- the page of keys ---- */
 
+/* "F, Home"; of a gesture its name. */
+static char *keys_text(const viewer_action *action)
+{
+    GString *text = g_string_new(action->run ? NULL : action->keys);
+    char **names = g_strsplit(action->keys, " ", -1);
+    for (int i = 0; action->run && names[i]; i++) {
+        guint key;
+        GdkModifierType modifiers;
+        if (!gtk_accelerator_parse(names[i], &key, &modifiers)) continue;
+        char *label = gtk_accelerator_get_label(key, modifiers);
+        g_string_append_printf(text, "%s%s", i ? ", " : "", label);
+        g_free(label);
+    }
+    g_strfreev(names);
+    return g_string_free(text, FALSE);
+}
+
 static GtkWidget *make_row(const viewer_action *action)
 {
     GtkWidget *box = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 12);
-    GtkWidget *label = gtk_label_new(action->label), *keys;
-    if (action->run) {
-        keys = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 6);
-        char **names = g_strsplit(action->keys, " ", KEYS_MAX);
-        for (int i = 0; names[i]; i++)
-            gtk_box_append(GTK_BOX(keys), gtk_shortcut_label_new(names[i]));
-        g_strfreev(names);
-    } else {
-        keys = gtk_label_new(action->keys);
-        gtk_label_set_xalign(GTK_LABEL(keys), 0);
-        gtk_widget_add_css_class(keys, "dim-label");
+    GtkWidget *words[2];
+    char *text = keys_text(action);
+    for (int i = 0; i < 2; i++) {
+        words[i] = gtk_label_new(i ? action->label : text);
+        gtk_label_set_xalign(GTK_LABEL(words[i]), 0);
+        gtk_label_set_yalign(GTK_LABEL(words[i]), 0);
+        gtk_label_set_wrap(GTK_LABEL(words[i]), TRUE);
+        gtk_label_set_width_chars(GTK_LABEL(words[i]), i ? LABEL_CHARS : KEY_CHARS);
+        gtk_label_set_max_width_chars(GTK_LABEL(words[i]), i ? LABEL_CHARS : KEY_CHARS);
+        gtk_box_append(GTK_BOX(box), words[i]);
     }
-    gtk_widget_set_size_request(keys, 150, -1);
-    gtk_label_set_xalign(GTK_LABEL(label), 0);
-    gtk_box_append(GTK_BOX(box), keys);
-    gtk_box_append(GTK_BOX(box), label);
+    g_free(text);
+    gtk_widget_add_css_class(words[1], "dim-label");
     g_object_set_data(G_OBJECT(box), ROW_KEY, (void *)(uintptr_t)action);
     return box;
 }
 
 static GtkWidget *make_group(viewer *v, const char *group)
 {
-    GtkWidget *box = gtk_box_new(GTK_ORIENTATION_VERTICAL, 6);
+    GtkWidget *box = gtk_box_new(GTK_ORIENTATION_VERTICAL, 3);
     GtkWidget *title = gtk_label_new(group);
     gtk_label_set_xalign(GTK_LABEL(title), 0);
     gtk_widget_add_css_class(title, "heading");
