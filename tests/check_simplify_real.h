@@ -5,6 +5,7 @@
 
 #include "tetralod/formats.h"
 
+#include "check_ctx.h"
 #include "check_grid.h"
 #include "check_simplify.h"
 
