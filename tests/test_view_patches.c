@@ -144,6 +144,10 @@ static void equals_the_whole(void **state)
                 same_set(&content->things[k], &whole->things[k]);
                 triangles += content->things[k].polydata->cell_count;
             }
+            double pixels;
+            const tl_camera camera = view_camera(scene);
+            CHECK_OK(ctx, tl_content_error_px(ctx, content, &camera, &pixels));
+            CHECK(pixels == content->facts.error_px && pixels >= view->hull->state.pixels);
             /* what stands around needs no more than its own error */
             CHECK(content->body && tl_mesh_tet_count(content->body->mesh) <= whole->facts.tets);
             whole_tets += whole->facts.tets - tl_mesh_tet_count(content->body->mesh);

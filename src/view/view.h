@@ -410,6 +410,7 @@ struct tl_content {
     tl_content_facts facts;
     tl_content_error *errors; /* [facts.error_count] of the first channels of the mesh */
     tli_outlook outlook;      /* of a model: what is promised from other cameras */
+    tli_outlook hull_outlook; /* with places: of what stands around */
     tli_body *body;           /* of all things; with places of the hull's, or NULL */
     tli_places *places;       /* of surfaces made patch by patch; else NULL */
     tli_paint **paints;       /* [paint_count] */

@@ -80,7 +80,9 @@ static tl_status set_facts(tl_ctx *ctx, const tl_view *view, const tli_agenda *a
         if (c->body) add_hull(view->hull, f);
     }
     tl_status st = set_errors(ctx, view, c);
-    return st ? st : tli_outlook_take(ctx, view->cut, &c->outlook);
+    if (!st) st = tli_outlook_take(ctx, view->cut, &c->outlook);
+    if (!st && c->places && c->body) st = tli_outlook_take(ctx, view->hull->cut, &c->hull_outlook);
+    return st;
 }
 
 /* ---- the cut of an agenda ---- */
@@ -274,6 +276,7 @@ void tl_content_destroy(tl_ctx *ctx, tl_content *content)
     tl_mem_free(ctx, content->values);
     tl_mem_free(ctx, content->errors);
     tli_outlook_release(ctx, &content->outlook);
+    tli_outlook_release(ctx, &content->hull_outlook);
     tli_places_destroy(content->places);
     tli_body_release(content->body);
     tl_mem_free(ctx, content);

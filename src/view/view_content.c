@@ -14,7 +14,11 @@ const tl_content_facts *tl_content_get_facts(const tl_content *content)
 tl_status tl_content_error_px(tl_ctx *ctx, const tl_content *content, const tl_camera *camera,
                               double *pixels)
 {
-    return tli_outlook_pixels(ctx, &content->outlook, camera, pixels);
+    double hull = 0;
+    tl_status st = tli_outlook_pixels(ctx, &content->outlook, camera, pixels);
+    if (!st) st = tli_outlook_pixels(ctx, &content->hull_outlook, camera, &hull);
+    if (!st) *pixels = fmax(*pixels, hull);
+    return st;
 }
 
 const tl_values *const *tl_content_all_values(const tl_content *content, size_t *count)
