@@ -125,6 +125,24 @@ TL_API tl_status tl_read_steps(tl_ctx *ctx, const char *path, const tl_read_opts
 /* Frees what tl_read_steps gave, with the same context. An empty one is allowed. */
 TL_API void tl_steps_release(tl_ctx *ctx, tl_steps *steps);
 
+/* All steps that belong to a path: those of the file, or, where it has one alone, files beside it
+ * whose names differ in the number right before the ending ("flow_0012.vtu"): set off by one of
+ * "_-. ", or with zeros before it. Parts that a .pvtu or .vtm beside them names are no steps. */
+typedef struct tl_series {
+    tl_step *steps; /* [count] by number: the place in the file, or the number in the name */
+    double *times;  /* [count] in the unit of the file, NaN where it has none */
+    size_t count;   /* at least 1 */
+    size_t own;     /* place of the step that the path itself stands for */
+    tl_steps_mesh mesh;
+    bool is_files; /* a file a step; files but that of the path have not been looked at */
+} tl_series;
+/* opts as of tl_read_steps, and its statuses. Gives *series, which tl_series_release frees; empty
+ * on failure. */
+TL_API tl_status tl_series_find(tl_ctx *ctx, const char *path, const tl_read_opts *opts,
+                                tl_series *series);
+/* With the same context. An empty one is allowed. */
+TL_API void tl_series_release(tl_ctx *ctx, tl_series *series);
+
 /* A format this library knows. All strings live as long as the library. */
 typedef struct tl_format {
     const char *name;    /* "Exodus II" */
