@@ -80,6 +80,21 @@ static inline tl_live_event live_expect(tl_live *live, tl_live_event_kind kind)
     return e;
 }
 
+/* The next failure. */
+static inline tl_live_event live_expect_failure(tl_live *live, tl_live_job job, tl_status status)
+{
+    tl_live_event e = {0};
+    const double end = live_now() + LIVE_PATIENCE_S;
+    while (live_now() < end && e.kind != TL_LIVE_FAILED)
+        if (!tl_live_next_event(live, &e)) tl_live_wait(live, UINT64_MAX, 0.01);
+    CHECK_EQ(e.kind, TL_LIVE_FAILED);
+    CHECK_EQ(e.job, job);
+    CHECK_STATUS(e.status, status);
+    CHECK(e.text[0] != 0);
+    printf("told: %s\n", e.text);
+    return e;
+}
+
 /* The newest frame once the view has settled, which tl_live_release takes back. */
 static inline const tl_frame *live_settle(tl_live *live)
 {

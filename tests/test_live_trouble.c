@@ -7,21 +7,6 @@
 
 static const char *const MODEL = "trouble.tlod";
 
-/* The next failure. */
-static tl_live_event expect_failure(tl_live *live, tl_live_job job, tl_status status)
-{
-    tl_live_event e = {0};
-    const double end = live_now() + LIVE_PATIENCE_S;
-    while (live_now() < end && e.kind != TL_LIVE_FAILED)
-        if (!tl_live_next_event(live, &e)) tl_live_wait(live, UINT64_MAX, 0.01);
-    CHECK_EQ(e.kind, TL_LIVE_FAILED);
-    CHECK_EQ(e.job, job);
-    CHECK_STATUS(e.status, status);
-    CHECK(e.text[0] != 0);
-    printf("told: %s\n", e.text);
-    return e;
-}
-
 /* The view still draws: a turn gives another frame. */
 static void check_goes_on(live_fixture *f)
 {
@@ -42,11 +27,11 @@ static void test_files_that_are_none(void **state)
     tl_live_release(f.live, live_settle(f.live));
     const tl_source *source = tl_live_source(f.live);
     CHECK_STATUS(tl_live_open(f.live, "nowhere.tlod", NULL), TL_OK);
-    CHECK(strstr(expect_failure(f.live, TL_LIVE_OPEN, TL_ERR_IO).text, "nowhere.tlod"));
+    CHECK(strstr(live_expect_failure(f.live, TL_LIVE_OPEN, TL_ERR_IO).text, "nowhere.tlod"));
     FILE *file = fopen("empty.vtu", "w");
     CHECK(file && !fclose(file));
     CHECK_STATUS(tl_live_open(f.live, "empty.vtu", NULL), TL_OK);
-    expect_failure(f.live, TL_LIVE_OPEN, TL_ERR_FORMAT);
+    live_expect_failure(f.live, TL_LIVE_OPEN, TL_ERR_FORMAT);
     CHECK(tl_live_source(f.live) == source);
     check_goes_on(&f);
     live_end(&f);
@@ -129,7 +114,7 @@ static void test_files_that_change(void **state)
     tl_live_release(f.live, live_settle(f.live));
     CHECK_EQ(truncate("short.tlod", 70000), 0);
     live_do(f.live, f.ctx, f.scene, "set detail.full on");
-    CHECK(strstr(expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_IO).text, "short.tlod"));
+    CHECK(strstr(live_expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_IO).text, "short.tlod"));
     check_goes_on(&f);
     const tl_frame *frame = live_settle(f.live); /* fails for the second time: not told again */
     CHECK(frame && frame->content && !frame->is_final && strstr(frame->note, "short.tlod"));
@@ -160,7 +145,7 @@ static void test_scene_that_fails(void **state)
     live_fixture f = live_begin(NULL, MODEL);
     tl_live_release(f.live, live_settle(f.live));
     live_do(f.live, f.ctx, f.scene, "add surface channel=\"no such\"");
-    CHECK(strstr(expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_ARG).text, "no such"));
+    CHECK(strstr(live_expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_ARG).text, "no such"));
     tl_live_release(f.live, live_settle(f.live));
     live_do(f.live, f.ctx, f.scene, "undo");
     const tl_frame *frame = live_settle(f.live);
@@ -326,7 +311,7 @@ static void test_histogram(void **state)
     CHECK_NEAR(sum, 1, 1e-6);
     CHECK(counts.range[0] < counts.range[1]);
     CHECK(!tl_live_histogram(f.live, "no such", false, &counts));
-    expect_failure(f.live, TL_LIVE_HISTOGRAM, TL_ERR_ARG);
+    live_expect_failure(f.live, TL_LIVE_HISTOGRAM, TL_ERR_ARG);
     CHECK(!tl_live_histogram(f.live, "no such", false, &counts)); /* not asked again */
     CHECK(tl_live_settled(f.live));
     live_end(&f);
@@ -341,20 +326,20 @@ static void test_build_model(void **state)
     tl_live *live = live_create(NULL);
     tl_live_event e;
     CHECK_OK(ctx, tl_sample_write(ctx, "gaussians", 20, "made.vtu"));
-    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, "made.tlod", NULL), TL_OK);
-    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, "two.tlod", NULL), TL_ERR_ARG);
+    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, false, "made.tlod", NULL), TL_OK);
+    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, false, "two.tlod", NULL), TL_ERR_ARG);
     e = live_expect(live, TL_LIVE_DONE);
     CHECK_EQ(e.job, TL_LIVE_MODEL);
     assert_string_equal(e.text, "made.tlod");
     tl_scene *scene = live_open(live, ctx, "made.tlod");
     tl_live_release(live, live_settle(live));
     tl_scene_destroy(ctx, scene);
-    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, "none.tlod", NULL), TL_OK);
+    CHECK_STATUS(tl_live_build_model(live, "made.vtu", NULL, false, "none.tlod", NULL), TL_OK);
     tl_live_cancel(live, TL_LIVE_MODEL);
-    expect_failure(live, TL_LIVE_MODEL, TL_ERR_CANCELLED);
+    live_expect_failure(live, TL_LIVE_MODEL, TL_ERR_CANCELLED);
     CHECK(access("none.tlod", F_OK) != 0);
-    CHECK_STATUS(tl_live_build_model(live, "no.vtu", NULL, "none.tlod", NULL), TL_OK);
-    expect_failure(live, TL_LIVE_MODEL, TL_ERR_IO);
+    CHECK_STATUS(tl_live_build_model(live, "no.vtu", NULL, false, "none.tlod", NULL), TL_OK);
+    live_expect_failure(live, TL_LIVE_MODEL, TL_ERR_IO);
     /* a mesh is shown as it is */
     scene = live_open(live, ctx, "made.vtu");
     const tl_frame *frame = live_settle(live);

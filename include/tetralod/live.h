@@ -172,11 +172,12 @@ TL_API bool tl_live_histogram(tl_live *live, const char *channel, bool logarithm
 
 /* ---- making a model ---- */
 
-/* Builds a model on a thread of its own, as tl_model_build; read and opts are copied but for what
- * they borrow, which must outlive the job. Events of TL_LIVE_MODEL: progress, then TL_LIVE_DONE or
- * TL_LIVE_FAILED. TL_ERR_ARG while another one is being built; TL_ERR_MEMORY. */
+/* Builds a model on a thread of its own, as tl_model_build, or with all_steps as
+ * tl_model_build_series where input has several (tl_series_find); read and opts are copied but for
+ * what they borrow, which must outlive the job. Events of TL_LIVE_MODEL: progress, then
+ * TL_LIVE_DONE or TL_LIVE_FAILED. TL_ERR_ARG while another one is being built; TL_ERR_MEMORY. */
 TL_API tl_status tl_live_build_model(tl_live *live, const char *input, const tl_read_opts *read,
-                                     const char *path, const tl_build_opts *opts);
+                                     bool all_steps, const char *path, const tl_build_opts *opts);
 /* Asks TL_LIVE_OPEN or TL_LIVE_MODEL to end; an event says that it has. Other jobs: nothing. */
 TL_API void tl_live_cancel(tl_live *live, tl_live_job job);
 

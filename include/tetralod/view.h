@@ -15,6 +15,7 @@
 #define TETRALOD_VIEW_H
 
 #include "tetralod/draw.h"
+#include "tetralod/formats.h"
 #include "tetralod/scene.h"
 
 #ifdef __cplusplus
@@ -34,12 +35,13 @@ typedef struct tl_source_channel {
     uint32_t components;
     tl_on on;
     double range[2]; /* of the original, of several components that of their norm; of a series over
-                        all steps */
+                        all steps, of one of files that of the step that was read first */
     bool has_steps;
 } tl_source_channel;
 typedef struct tl_source_step {
     uint32_t number;
-    double time; /* NaN: none */
+    double time;      /* NaN: none */
+    const char *file; /* path of its own file, of a series of files; else NULL */
 } tl_source_step;
 typedef struct tl_source_facts {
     const char *name; /* path of a model, name of a mesh */
@@ -48,9 +50,10 @@ typedef struct tl_source_facts {
     double bounds[6], diagonal;        /* x0, x1, y0, y1, z0, z1, mesh units */
     const tl_source_channel *channels; /* [channel_count] */
     size_t channel_count;
-    const tl_source_step *steps; /* [step_count] of a series, rising; else none. Of a mesh only
-                                    that of tl_source_set_step */
+    const tl_source_step *steps; /* [step_count] of a series, rising; else none. Of a mesh of
+                                    memory only that of tl_source_set_step */
     size_t step_count;
+    size_t own_step;     /* place of the one that is shown where a scene names none */
     uint64_t file_bytes; /* of a model; else 0 */
 } tl_source_facts;
 
@@ -60,8 +63,19 @@ TL_API tl_status tl_source_open(tl_ctx *ctx, const char *path, tl_source **sourc
 /* Takes over a mesh made with this context, on success only; copies name. Gives *source.
  * TL_ERR_DATA for a mesh without tets. */
 TL_API tl_status tl_source_create(tl_ctx *ctx, tl_mesh *mesh, const char *name, tl_source **source);
+/* Reads a file that is no model. Where it has steps (tl_series_find), step is the number of the one
+ * that is read now, -1: its own; another is read when it is asked for, and the last ones are kept
+ * as long as the budget has room for another one. What the facts say of the mesh is that of the
+ * step read first. read: as of tl_mesh_read, without step and time, may be NULL; what it borrows
+ * must outlive the source. Gives *source. Statuses of tl_series_find and tl_mesh_read; TL_ERR_DATA
+ * for a mesh without tets, TL_ERR_ARG for a step that is none (the message lists those there are).
+ */
+TL_API tl_status tl_source_read(tl_ctx *ctx, const char *path, const tl_read_opts *read,
+                                int64_t step, tl_source **source);
+/* Lets go of the steps of tl_source_read that nobody looks at; true: there were some. */
+TL_API bool tl_source_trim(tl_source *source);
 /* Says which step of its series the mesh of a source is, before it is looked at: its one step,
- * which a scene can ask for. TL_ERR_ARG for a model, which knows. */
+ * which a scene can ask for. TL_ERR_ARG for a model, which knows, or a series. */
 TL_API tl_status tl_source_set_step(tl_ctx *ctx, tl_source *source, uint32_t number);
 /* After all views of it; contents do not need it. NULL is allowed. */
 TL_API void tl_source_destroy(tl_source *source);
@@ -180,6 +194,8 @@ typedef struct tl_content_error {
 } tl_content_error;
 typedef struct tl_content_facts {
     bool is_model;
+    int64_t step;   /* number of the one that is shown; -1: there are none */
+    double time;    /* of it; NaN: none */
     uint64_t tets;  /* of the mesh that things are made of; of a model of which no more is drawn
                        than surfaces and planes, patch by patch, and what stands around them, of its
                        cut */

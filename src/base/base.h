@@ -60,6 +60,8 @@ tl_status tli_ctx_spare(const tl_ctx *ctx, size_t budget_bytes, tl_ctx **spare);
 /* While quiet, messages of level info are kept back: those of what was said before. Returns what it
  * was. Context's own thread. */
 bool tli_ctx_quiet(tl_ctx *ctx, bool quiet);
+/* Bytes that are left of the budget; SIZE_MAX: there is none. Any thread. */
+size_t tli_ctx_room(const tl_ctx *ctx);
 /* What tl_ctx_cancel said last. */
 bool tli_ctx_is_cancelled(const tl_ctx *ctx);
 /* Ends a fork (NULL is allowed). If status is a failure the message of the fork becomes that of the

@@ -46,6 +46,13 @@ void tl_ctx_set_budget(tl_ctx *ctx, size_t budget_bytes)
     atomic_store(&ctx->root->budget_bytes, budget_bytes);
 }
 
+size_t tli_ctx_room(const tl_ctx *ctx)
+{
+    const size_t budget = atomic_load(&ctx->root->budget_bytes);
+    const size_t now = tl_ctx_current_bytes(ctx);
+    return !budget ? SIZE_MAX : now < budget ? budget - now : 0;
+}
+
 void tl_ctx_reset_peak(tl_ctx *ctx)
 {
     tl_ctx *root = ctx->root;

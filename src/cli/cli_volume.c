@@ -124,6 +124,22 @@ static bool says_step(const cli_session *session)
     return cli_get(session, CLI_STEP)->given || cli_get(session, CLI_TIME)->given;
 }
 
+/* Where the step of a scene is read: in the file, or in one beside it. */
+static int find_step(cli_session *session, cli_volume *volume, int64_t number, const char **path,
+                     tl_read_opts *opts)
+{
+    const tl_series *series = &volume->series;
+    tl_status st = tl_series_find(session->ctx, *path, opts, &volume->series);
+    if (st) return cli_fail(session, session->ctx, st);
+    opts->step = (uint64_t)number; /* what the reader refuses where there is none */
+    for (size_t i = 0; i < series->count; i++)
+        if (series->steps[i].number == (uint64_t)number) {
+            *path = series->steps[i].path;
+            opts->step = series->steps[i].step;
+        }
+    return CLI_DONE;
+}
+
 /* Of a series the step that the words say, else that of the scene. */
 static int open_file(cli_session *session, cli_volume *volume)
 {
@@ -133,10 +149,10 @@ static int open_file(cli_session *session, cli_volume *volume)
     int failed = cli_read_opts(session, path, &opts);
     if (!failed && volume->scene && !says_step(session))
         number = (int64_t)tl_scene_real(volume->scene, TL_NODE_DATA + 1, "step");
-    if (number >= 0) opts.step = (uint64_t)number;
+    if (!failed && number >= 0) failed = find_step(session, volume, number, &path, &opts);
     if (!failed) failed = cli_open_with(session, session->ctx, path, &opts, &volume->input);
     if (!failed) failed = cli_check_volume(&volume->input);
-    if (!failed && (opts.has_time || opts.step))
+    if (!failed && number < 0 && (opts.has_time || opts.step))
         failed = cli_step_number(session, path, &opts, &number);
     if (failed) return failed;
     tl_status st = tl_source_create(session->ctx, volume->input.mesh, path, &volume->source);
@@ -270,6 +286,7 @@ void cli_volume_close(cli_session *session, cli_volume *volume)
     tl_scene_destroy(session->ctx, volume->scene);
     tl_source_destroy(volume->source);
     cli_close(&volume->input);
+    tl_series_release(session->ctx, &volume->series);
     *volume = (cli_volume){0};
 }
 

@@ -10,7 +10,8 @@
 extern const cli_group cli_group_detail;
 
 typedef struct cli_volume {
-    cli_input input; /* of a file: how it was read; the source has its mesh */
+    cli_input input;  /* of a file: how it was read; the source has its mesh */
+    tl_series series; /* of a file whose step the scene says */
     bool is_model;
     tl_source *source;
     tl_scene *scene; /* step, detail, and what is derived and chosen, as the words say */

@@ -154,6 +154,7 @@ struct tl_live {
     /* the builder's */
     tli_live_step running; /* what it is at */
     uint64_t running_stamp;
+    double running_step; /* of the data, as the scene names it */
     tl_camera running_camera;
     double full_s;                 /* what the last content of all that was asked for took; 0: ? */
     double coarse_s, coarse_end_s; /* what the last coarse one took, and when it ended */
@@ -191,7 +192,7 @@ struct tl_live {
     char *make_input, *make_path; /* of ctx; NULL: nothing to make */
     tl_read_opts make_read;
     tl_build_opts make_opts;
-    bool has_make_read, has_make_opts;
+    bool has_make_read, has_make_opts, make_all;
 
     /* events */
     tl_live_event events[TLI_LIVE_EVENTS];
@@ -221,6 +222,8 @@ void tli_live_drop_source(tl_live *live, tli_live_source *source);
 void tli_live_drop_former(tl_live *live);
 void tli_live_drop_content(tl_live *live, tli_live_content *content);
 void tli_live_drop_slot(tl_live *live, tli_live_slot *slot);
+/* The time step that it asks for; -1: it says none. */
+double tli_live_data_step(const tli_live_scene *scene);
 /* A copy in *copy, held once. */
 tl_status tli_live_copy_scene(tl_live *live, const tl_scene *scene, tli_live_scene **copy);
 /* Takes over a scene that is held: what is shown from now on. */

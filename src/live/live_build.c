@@ -42,7 +42,8 @@ static bool shrink(tl_live *live, const tli_live_task *task)
         tli_bell_ring(&live->drawer.bell);
         return true;
     }
-    if (!tl_source_get_facts(live->source->source)->is_model) return false;
+    if (!tl_source_get_facts(live->source->source)->is_model)
+        return tl_source_trim(live->source->source);
     bool first = live->fits_tets == UINT64_MAX;
     uint64_t tets = first ? (uint64_t)budget(live) / TET_BYTES : live->fits_tets / 2;
     if (task->tets_max < UINT64_MAX && tets > task->tets_max / 2) tets = task->tets_max / 2;
@@ -91,28 +92,16 @@ static tl_status open_source(tl_live *live, const char *path, const tl_scene *sc
                              tl_source **source)
 {
     tl_ctx *ctx = live->builder.ctx;
-    tl_mesh *mesh = NULL;
-    tl_read_opts opts = tl_read_opts_defaults();
     const double step = scene ? tl_scene_real(scene, TL_NODE_DATA + 1, "step") : -1;
     if (tl_store_is(ctx, path)) {
         tl_status st = tl_source_open(ctx, path, source);
         if (!st) tl_store_set_throttle(tl_source_store(*source), live->opts.throttle_bytes_s);
         return st;
     }
-    if (step >= 0) opts.step = (uint64_t)step;
-    tl_status st = tl_mesh_read(ctx, path, &opts, &mesh, NULL);
-    const bool lacks_step = st == TL_ERR_ARG && opts.step;
-    if (lacks_step) {
-        tl_ctx_clear(ctx);
-        opts.step = 0;
-        st = tl_mesh_read(ctx, path, &opts, &mesh, NULL);
-    }
-    if (!st) st = tl_source_create(ctx, mesh, path, source);
-    if (st) {
-        tl_mesh_destroy(mesh);
-        return st;
-    }
-    return step >= 0 && !lacks_step ? tl_source_set_step(ctx, *source, (uint32_t)step) : TL_OK;
+    tl_status st = tl_source_read(ctx, path, NULL, (int64_t)step, source);
+    if (st != TL_ERR_ARG || step < 0) return st;
+    tl_ctx_clear(ctx); /* it lacks the step */
+    return tl_source_read(ctx, path, NULL, -1, source);
 }
 
 static bool has_things(const tl_scene *scene)
@@ -280,6 +269,7 @@ static void make_content(tl_live *live, const tli_live_task *task)
     scene->holds++;
     source->holds++;
     live->running_stamp = scene->stamp;
+    live->running_step = tli_live_data_step(scene);
     live->running_camera = task->camera;
     live->builder.job = TL_LIVE_CONTENT;
     tl_ctx_set_budget(ctx, budget(live));

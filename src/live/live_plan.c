@@ -142,11 +142,19 @@ bool tli_live_builds(const tl_live *live)
 
 /* ---- what is not worth being finished ---- */
 
+/* Files are read for a step that nobody waits for any more. */
+static bool is_slow_step(const tl_live *live)
+{
+    return live->source && !tl_source_get_facts(live->source->source)->is_model &&
+           live->running_step != tli_live_data_step(live->scene);
+}
+
 static bool is_useless(const tl_live *live)
 {
     tl_camera camera;
     if (!live->running) return false;
     if (live->open_path) return true;
+    if (live->running > TLI_LIVE_FILE && is_slow_step(live)) return true;
     if (live->running != TLI_LIVE_FINE || !tli_live_camera(live, &camera)) return false;
     return live->moving || live->running_stamp != live->scene->stamp ||
            !tli_live_same_camera(&camera, &live->running_camera);

@@ -108,6 +108,11 @@ static uint64_t stamp_of(const tl_scene *scene, bool (*counts)(tl_node_kind kind
     return stamp;
 }
 
+double tli_live_data_step(const tli_live_scene *scene)
+{
+    return tl_scene_real(scene->scene, TL_NODE_DATA + 1, "step");
+}
+
 tl_status tli_live_copy_scene(tl_live *live, const tl_scene *scene, tli_live_scene **copy)
 {
     tl_status st = TL_OK;

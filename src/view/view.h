@@ -158,12 +158,23 @@ struct tl_source {
     tl_store *store; /* the book's */
     tli_body *body;  /* of a mesh */
     tli_lock lock;   /* of looks */
-    tli_bell made;   /* a look was, or failed */
-    tli_look *looks; /* [look_count]; room for all steps and none, of a mesh for one */
+    tli_bell made;   /* a look was, or failed; of a series a step was read */
+    tli_look *looks; /* [look_count]; room for all steps and none, of a mesh for one; of a series
+                        the steps that are kept, the one that was asked for last at the end */
     size_t look_count;
+    tl_series series;  /* of files; empty: a model, or a mesh of memory */
+    bool is_reading;   /* a step of it */
+    tl_read_opts read; /* how they are read */
+    size_t step_bytes; /* of the step that was read last; 0: ? */
 };
 
-/* Number of the step that is wanted, -1: the first, and its time; -1, NaN: there are none.
+/* A source of nothing yet. Gives *source, or NULL. */
+tl_status tli_source_make(tl_ctx *ctx, const char *name, tl_source **source);
+/* Says what there is of a mesh, of a series after its steps. */
+tl_status tli_set_mesh_facts(tl_ctx *ctx, tl_source *source, const tli_body *body);
+/* A step of a series, read unless it is kept. Gives *body, used. view_steps.c */
+tl_status tli_steps_find(tl_ctx *ctx, tl_source *source, int64_t number, tli_body **body);
+/* Number of the step that is wanted, -1: the own one, and its time; -1, NaN: there are none.
  * TL_ERR_ARG lists them. */
 tl_status tli_source_step(tl_ctx *ctx, const tl_source *source, int64_t wanted, int64_t *step,
                           double *time);

@@ -48,6 +48,12 @@ static void add_hull(const tl_view *hull, tl_content_facts *f)
     f->is_complete = f->is_complete && !hull->is_limited;
 }
 
+/* A mesh may move from step to step. */
+static const double *seen_bounds(const tli_agenda *agenda, const tl_source_facts *source)
+{
+    return source->is_model && !tli_chooses(agenda->scene) ? source->bounds : agenda->look->bounds;
+}
+
 static tl_status set_facts(tl_ctx *ctx, const tl_view *view, const tli_agenda *agenda,
                            tl_content *c)
 {
@@ -58,10 +64,11 @@ static tl_status set_facts(tl_ctx *ctx, const tl_view *view, const tli_agenda *a
     f->verts = c->places ? 0 : tl_mesh_vert_count(c->body->mesh);
     f->is_part = !c->places && c->body->whole_tets;
     f->whole_tets = f->is_part ? c->body->whole_tets : f->tets;
-    f->source_tets = source->tets;
+    f->source_tets = source->is_model ? source->tets : tl_mesh_tet_count(agenda->whole->mesh);
+    f->step = agenda->step;
+    f->time = agenda->time;
     f->bounds_kept = f->is_complete = true;
-    memcpy(f->bounds, tli_chooses(agenda->scene) ? agenda->look->bounds : source->bounds,
-           sizeof f->bounds);
+    memcpy(f->bounds, seen_bounds(agenda, source), sizeof f->bounds);
     f->bytes = c->body ? body_bytes(c->body) : 0;
     for (size_t i = 0; i < c->shape_count; i++)
         for (int part = 0; part < 2; part++)
@@ -382,9 +389,7 @@ tl_status tl_view_bounds(tl_ctx *ctx, tl_view *view, const tl_scene *scene, doub
 {
     tli_agenda agenda;
     tl_status st = tli_agenda_begin(ctx, view, scene, &agenda);
-    if (!st)
-        memcpy(bounds, tli_chooses(scene) ? agenda.look->bounds : view->source->facts.bounds,
-               6 * sizeof *bounds);
+    if (!st) memcpy(bounds, seen_bounds(&agenda, &view->source->facts), 6 * sizeof *bounds);
     tli_agenda_release(ctx, &agenda);
     return st;
 }

@@ -262,19 +262,24 @@ tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     tl_status st = TL_OK;
     tli_body *whole = NULL, *derived = NULL;
     const double start = tli_clock_s();
-    tli_recipe recipe = 1;
+    tli_recipe recipe;
+    view->mesh_s = 0;
     if (view->source->store) {
         recipe = tli_cut_recipe(view->cut, step);
         recipe =
             tli_recipe_bytes(recipe, view->channels, view->channel_count * sizeof *view->channels);
+    } else {
+        st = tli_source_look(ctx, view->source, step, &whole);
+        if (st) return st;
+        recipe = whole->recipe;
     }
-    view->mesh_s = 0;
-    if (view->body && view->body->recipe == tli_derive_recipe(recipe, scene)) return TL_OK;
+    if (view->body && view->body->recipe == tli_derive_recipe(recipe, scene)) {
+        tli_body_release(whole);
+        return TL_OK;
+    }
     if (view->source->store)
         st = tli_source_mesh(ctx, view->source, view->cut, view->channels, view->channel_count,
                              time, recipe, &whole);
-    else
-        st = tli_body_borrow(ctx, view->source->body, recipe, &whole);
     if (!st && view->look && view->look->recipe == tli_derive_recipe(recipe, scene))
         derived = tli_body_use(view->look);
     else if (!st)

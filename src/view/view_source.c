@@ -33,7 +33,7 @@ static void add_step(const tl_store_channel *channel, tl_source_step *steps, siz
         if (steps[i].number == channel->step) return;
     while (at && steps[at - 1].number > channel->step) at--;
     memmove(steps + at + 1, steps + at, (*count - at) * sizeof *steps);
-    steps[at] = (tl_source_step){channel->step, channel->time};
+    steps[at] = (tl_source_step){.number = channel->step, .time = channel->time};
     ++*count;
 }
 
@@ -71,27 +71,30 @@ static tl_status set_model_facts(tl_ctx *ctx, tl_source *source)
     return st;
 }
 
-static tl_status set_mesh_facts(tl_ctx *ctx, tl_source *source)
+tl_status tli_set_mesh_facts(tl_ctx *ctx, tl_source *source, const tli_body *body)
 {
     tl_status st = TL_OK;
-    const tl_mesh *mesh = source->body->mesh;
+    const tl_mesh *mesh = body->mesh;
     tl_source_facts *facts = &source->facts;
     tl_source_channel *channels =
         tl_mem_zalloc(ctx, tl_mesh_channel_count(mesh), sizeof *channels, &st);
     facts->channels = channels;
     for (size_t c = 0; !st && c < tl_mesh_channel_count(mesh); c++) {
         const tl_channel *own = tl_mesh_channel(mesh, c);
-        channels[c] = (tl_source_channel){
-            .name = own->name, .unit = own->unit, .components = own->components, .on = own->on};
+        channels[c] = (tl_source_channel){.name = tli_strdup(ctx, own->name, &st),
+                                          .unit = tli_strdup(ctx, own->unit, &st),
+                                          .components = own->components,
+                                          .on = own->on,
+                                          .has_steps = source->series.count > 1};
+        facts->channel_count++;
         tl_channel_range(
             own, own->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh),
             channels[c].range, NULL);
     }
-    facts->channel_count = st ? 0 : tl_mesh_channel_count(mesh);
     facts->tets = tl_mesh_tet_count(mesh);
     facts->verts = tl_mesh_vert_count(mesh);
-    memcpy(facts->bounds, source->body->bounds, sizeof facts->bounds);
-    facts->diagonal = source->body->diagonal;
+    memcpy(facts->bounds, body->bounds, sizeof facts->bounds);
+    facts->diagonal = body->diagonal;
     return st;
 }
 
@@ -125,7 +128,7 @@ static tl_status open_book(tl_ctx *ctx, const char *path, tli_book **book)
     return TL_OK;
 }
 
-static tl_status create(tl_ctx *ctx, const char *name, tl_source **source)
+tl_status tli_source_make(tl_ctx *ctx, const char *name, tl_source **source)
 {
     tl_status st = TL_OK;
     *source = tl_mem_zalloc(ctx, 1, sizeof **source, &st);
@@ -155,7 +158,7 @@ static tl_status fail(tl_source **source, tl_status status)
 
 tl_status tl_source_open(tl_ctx *ctx, const char *path, tl_source **source)
 {
-    tl_status st = create(ctx, path, source);
+    tl_status st = tli_source_make(ctx, path, source);
     if (!st) st = open_book(ctx, path, &(*source)->book);
     if (!st) {
         (*source)->store = (*source)->book->store;
@@ -172,10 +175,10 @@ tl_status tl_source_create(tl_ctx *ctx, tl_mesh *mesh, const char *name, tl_sour
     *source = NULL;
     if (!tl_mesh_tet_count(mesh))
         return tl_fail(ctx, TL_ERR_DATA, "'%s': there are no tets in it", name);
-    tl_status st = create(ctx, name, source);
+    tl_status st = tli_source_make(ctx, name, source);
     if (!st) st = tli_body_create(ctx, mesh, 1, &(*source)->body);
     if (!st) {
-        st = set_mesh_facts(ctx, *source);
+        st = tli_set_mesh_facts(ctx, *source, (*source)->body);
         (*source)->looks = tl_mem_zalloc(ctx, 1, sizeof *(*source)->looks, &st);
         if (st) (*source)->body->mesh = NULL; /* stays the caller's */
     }
@@ -186,13 +189,23 @@ tl_status tl_source_set_step(tl_ctx *ctx, tl_source *source, uint32_t number)
 {
     tl_status st = TL_OK;
     if (source->store) return tl_fail(ctx, TL_ERR_ARG, "'%s' is a model, not a step", source->name);
+    if (!source->body) return tl_fail(ctx, TL_ERR_ARG, "'%s' has steps of its own", source->name);
     tl_source_step *steps = tl_mem_alloc(source->ctx, 1, sizeof *steps, &st);
     if (st) return st;
-    *steps = (tl_source_step){number, tl_mesh_time(source->body->mesh)};
+    *steps = (tl_source_step){.number = number, .time = tl_mesh_time(source->body->mesh)};
     tli_free_const(source->ctx, source->facts.steps);
     source->facts.steps = steps;
     source->facts.step_count = 1;
     return TL_OK;
+}
+
+/* Those of a model are the store's. */
+static void free_names(tl_ctx *ctx, const tl_source *source)
+{
+    for (size_t c = 0; c < source->facts.channel_count; c++) {
+        tli_free_const(ctx, source->facts.channels[c].name);
+        tli_free_const(ctx, source->facts.channels[c].unit);
+    }
 }
 
 void tl_source_destroy(tl_source *source)
@@ -202,6 +215,8 @@ void tl_source_destroy(tl_source *source)
     for (size_t i = 0; i < source->look_count; i++) tli_body_release(source->looks[i].body);
     tl_mem_free(ctx, source->looks);
     tli_body_release(source->body);
+    if (!source->store) free_names(ctx, source);
+    tl_series_release(ctx, &source->series);
     tli_book_release(source->book);
     tli_free_const(ctx, source->facts.steps);
     tli_free_const(ctx, source->facts.channels);
@@ -238,8 +253,9 @@ tl_status tli_source_step(tl_ctx *ctx, const tl_source *source, int64_t wanted, 
     *time = source->store  ? tl_store_get_head(source->store)->time
             : source->body ? tl_mesh_time(source->body->mesh)
                            : (double)NAN;
+    if (wanted < 0 && facts->step_count) wanted = facts->steps[facts->own_step].number;
     for (size_t i = 0; i < facts->step_count; i++) {
-        if (wanted >= 0 && facts->steps[i].number != (uint64_t)wanted) continue;
+        if (facts->steps[i].number != (uint64_t)wanted) continue;
         *step = facts->steps[i].number;
         *time = facts->steps[i].time;
         return TL_OK;
@@ -451,7 +467,9 @@ static tl_status shared_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_b
 tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
 {
     tli_body *shared = NULL;
-    tl_status st = shared_look(ctx, source, source->body ? -1 : step, &shared);
+    tl_status st = source->store || source->body
+                       ? shared_look(ctx, source, source->body ? -1 : step, &shared)
+                       : tli_steps_find(ctx, source, step, &shared);
     *body = NULL;
     /* views on other threads have it, too: what each computes of it is its own */
     if (!st) st = tli_body_borrow(ctx, shared, shared->recipe, body);

@@ -72,6 +72,7 @@ struct viewer {
     struct viewer_input *input;
     struct viewer_motion *motion;
     struct viewer_files *files;
+    struct viewer_models *models;
     struct viewer_save *save;
     struct viewer_session *session;
     struct viewer_script *script;

@@ -52,6 +52,9 @@ void viewer_window_retitle(viewer *v);
 /* A job with its progress and a button that cancels it; text NULL: it has ended. part: 0 to 1,
  * below 0: not known. */
 void viewer_window_progress(viewer *v, const char *text, double part, void (*cancel)(viewer *v));
+/* The same of an event of progress: "text: stage". */
+void viewer_window_job(viewer *v, const char *text, const tl_live_event *event,
+                       void (*cancel)(viewer *v));
 /* A picture of the window, to be released; NULL while it is not laid out. */
 GdkTexture *viewer_window_texture(viewer *v);
 bool viewer_window_is_dark(const viewer *v);
@@ -115,9 +118,15 @@ void viewer_open(viewer *v, const char *path, const char *scene_path);
 void viewer_opened(viewer *v);
 /* The window's style is another one. */
 void viewer_files_restyle(viewer *v);
+/* Opens another form of what is open, and shows it as that is shown. has_steps: it has its steps.
+ */
+void viewer_open_as_shown(viewer *v, const char *path, bool has_steps);
 /* Nothing is being opened or built; something is being opened. */
 bool viewer_files_idle(const viewer *v);
 bool viewer_files_opens(const viewer *v);
+/* What is written does not take the place of the data that are looked at, under whatever name;
+ * false: said. */
+bool viewer_may_write(viewer *v, const char *path);
 /* Borrowed: files that were open before. */
 GMenu *viewer_files_recent_menu(viewer *v);
 /* A dialog for a file; name and folder (NULL: that of the data) are where it begins. */
@@ -126,6 +135,19 @@ GtkFileChooserNative *viewer_dialog(viewer *v, const char *title, const char *ac
                                     const char *folder);
 /* The path that was chosen, to be freed; NULL: none. */
 char *viewer_dialog_path(GtkNativeDialog *dialog);
+
+/* ---- viewer_models.c: models that are built ---- */
+
+/* Before the window. */
+void viewer_models_create(viewer *v);
+void viewer_models_attach(viewer *v);
+void viewer_models_destroy(viewer *v);
+/* No model is being built. */
+bool viewer_models_idle(const viewer *v);
+/* Asks how a large mesh is to be opened; false: it is none, and nothing was asked. */
+bool viewer_models_ask(viewer *v, const char *path);
+/* Says text, why a file can't be shown as it is, and offers to build a model of it. */
+void viewer_models_offer(viewer *v, const char *path, const char *text);
 
 /* ---- viewer_save.c: pictures of any size ---- */
 

@@ -1,25 +1,16 @@
-/* Files: opened by the command line, a dialog, a drop or from the recent ones; scenes; models that
- * are built first where a data set is large. The live view does the work; here are the questions.
- */
+/* Files: opened by the command line, a dialog, a drop or from the recent ones; scenes. */
 #include "viewer_core.h"
 
 #include <glib/gstdio.h>
 #include <string.h>
-
-/* From so many bytes on a mesh is not read before it was asked whether to build a model of it. */
-#define LARGE_BYTES (256 * 1000 * 1000)
-/* From so many tets on a model is proposed. */
-#define MANY_TETS 400000
 
 static const tl_node DATA = TL_NODE_DATA + 1, PICTURE = TL_NODE_PICTURE + 1;
 /* What a first look stands in front of. */
 static const double DARK[3] = {0.115, 0.12, 0.13}, LIGHT[3] = {1, 1, 1};
 
 struct viewer_files {
-    char *opening;               /* path that is being opened */
-    char *building, *built_from; /* model that is being built, and of what */
-    char *asked;                 /* path that a question is about */
-    bool is_replaced;            /* another file was being opened, whose end is not this one's */
+    char *opening;    /* path that is being opened */
+    bool is_replaced; /* another file was being opened, whose end is not this one's */
     GMenu *recent;
 };
 
@@ -27,7 +18,7 @@ struct viewer_files {
 
 bool viewer_files_idle(const viewer *v)
 {
-    return !v->files->opening && !v->files->building;
+    return !v->files->opening && viewer_models_idle(v);
 }
 
 bool viewer_files_opens(const viewer *v)
@@ -150,21 +141,9 @@ void viewer_files_restyle(viewer *v)
     viewer_changed(v);
 }
 
-/* ---- models ---- */
+/* ---- what was chosen ---- */
 
-static void cancel_open(viewer *v)
-{
-    v->files->is_replaced = false;
-    tl_live_cancel(v->live, TL_LIVE_OPEN);
-}
-
-static void cancel_model(viewer *v)
-{
-    tl_live_cancel(v->live, TL_LIVE_MODEL);
-}
-
-/* What is written does not take the place of the data that are looked at, under whatever name. */
-static bool may_write(viewer *v, const char *path)
+bool viewer_may_write(viewer *v, const char *path)
 {
     GStatBuf data, there;
     if (!v->path || g_stat(path, &there) || g_stat(v->path, &data) || there.st_dev != data.st_dev ||
@@ -174,122 +153,29 @@ static bool may_write(viewer *v, const char *path)
     return false;
 }
 
-static bool build(viewer *v, const char *input, const char *output)
+static void cancel_open(viewer *v)
 {
-    struct viewer_files *files = v->files;
-    if (!may_write(v, output)) return false;
-    const tl_status st = tl_live_build_model(v->live, input, NULL, output, NULL);
-    if (st) {
-        viewer_say(v, VIEWER_ERROR, "A model can't be built now: %s", tl_status_name(st));
-        return false;
-    }
-    g_free(files->building);
-    g_free(files->built_from);
-    files->building = g_strdup(output);
-    files->built_from = g_strdup(input);
-    viewer_window_progress(v, "Building a model", -1, cancel_model);
-    viewer_window_retitle(v);
-    return true;
+    v->files->is_replaced = false;
+    tl_live_cancel(v->live, TL_LIVE_OPEN);
 }
 
-/* "dir/name.tlod" of "dir/name.vtu". */
-static char *model_name(const char *path)
+void viewer_open_as_shown(viewer *v, const char *path, bool has_steps)
 {
-    char *base = g_path_get_basename(path);
-    char *dot = strrchr(base, '.');
-    if (dot && dot != base) *dot = '\0';
-    char *name = g_strconcat(base, ".tlod", NULL);
-    g_free(base);
-    return name;
-}
-
-static void on_model_place(GtkNativeDialog *dialog, int response, viewer *v)
-{
-    if (response == GTK_RESPONSE_ACCEPT) {
-        char *path = viewer_dialog_path(dialog);
-        if (path) build(v, v->files->asked, path);
-        g_free(path);
-    }
-    g_object_unref(dialog);
-}
-
-static void ask_model_place(viewer *v, const char *input)
-{
-    char *name = model_name(input), *folder = g_path_get_dirname(input);
-    g_free(v->files->asked);
-    v->files->asked = g_strdup(input);
-    GtkFileChooserNative *dialog =
-        viewer_dialog(v, "Build a model", "_Build", GTK_FILE_CHOOSER_ACTION_SAVE, name, folder);
-    g_signal_connect(dialog, "response", G_CALLBACK(on_model_place), v);
-    gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
-    g_free(name);
-    g_free(folder);
-}
-
-static void build_of_open(viewer *v)
-{
-    if (v->path) ask_model_place(v, v->path);
-}
-
-static void build_model(viewer *v)
-{
-    if (!v->source || tl_source_get_facts(v->source)->is_model)
-        viewer_say(v, VIEWER_INFO, "Open a mesh first: a model is built of it.");
-    else
-        build_of_open(v);
-}
-
-/* ---- questions before a large mesh is read ---- */
-
-enum { ANSWER_OPEN = 1, ANSWER_BUILD = 2 };
-
-static void on_answer(GtkDialog *dialog, int answer, viewer *v)
-{
-    char *path = g_strdup(v->files->asked);
-    gtk_window_destroy(GTK_WINDOW(dialog));
-    if (answer == ANSWER_OPEN) viewer_open(v, path, NULL);
-    if (answer == ANSWER_BUILD) ask_model_place(v, path);
-    g_free(path);
-}
-
-static void ask_how(viewer *v, const char *path, double bytes)
-{
-    char *name = g_path_get_basename(path), *size = viewer_bytes_text(bytes);
-    GtkWidget *dialog =
-        gtk_message_dialog_new(v->window, GTK_DIALOG_MODAL | GTK_DIALOG_DESTROY_WITH_PARENT,
-                               GTK_MESSAGE_QUESTION, GTK_BUTTONS_NONE, "Build a model first?");
-    gtk_message_dialog_format_secondary_text(
-        GTK_MESSAGE_DIALOG(dialog),
-        "‘%s’ has %s. As it is, all of it has to be read each time, and fit in memory. A model is "
-        "built once, in the background; then it opens at once and turns smoothly.",
-        name, size);
-    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Cancel", GTK_RESPONSE_CANCEL);
-    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Open as it is", ANSWER_OPEN);
-    gtk_dialog_add_button(GTK_DIALOG(dialog), "_Build a model", ANSWER_BUILD);
-    gtk_dialog_set_default_response(GTK_DIALOG(dialog), ANSWER_BUILD);
-    g_free(v->files->asked);
-    v->files->asked = g_strdup(path);
-    g_signal_connect(dialog, "response", G_CALLBACK(on_answer), v);
-    gtk_window_present(GTK_WINDOW(dialog));
-    g_free(name);
-    g_free(size);
+    tl_scene *scene = NULL;
+    tl_status st = tl_scene_copy(v->ctx, v->scene, &scene);
+    if (!st && !has_steps) st = tl_scene_set_real(v->ctx, scene, DATA, "step", -1);
+    if (viewer_ok(v, st)) open_now(v, path, scene);
+    tl_scene_destroy(v->ctx, scene);
 }
 
 /* Opens what a person chose: a scene, a model, or a mesh, of which a large one raises a question.
  */
 static void open_chosen(viewer *v, const char *path)
 {
-    GFile *file = g_file_new_for_path(path);
-    GFileInfo *info = g_file_query_info(file, G_FILE_ATTRIBUTE_STANDARD_SIZE, 0, NULL, NULL);
-    const double bytes = info ? (double)g_file_info_get_size(info) : 0;
     if (g_str_has_suffix(path, ".json"))
         open_scene(v, path);
-    else if (bytes > LARGE_BYTES && !tl_store_is(v->ctx, path))
-        ask_how(v, path, bytes);
-    else
+    else if (!viewer_models_ask(v, path))
         viewer_open(v, path, NULL);
-    g_clear_object(&info);
-    g_object_unref(file);
 }
 
 /* ---- dialogs ---- */
@@ -362,7 +248,7 @@ static void on_save_scene(GtkNativeDialog *dialog, int response, viewer *v)
 {
     char *path = response == GTK_RESPONSE_ACCEPT ? viewer_dialog_path(dialog) : NULL;
     g_object_unref(dialog);
-    if (path && may_write(v, path) && viewer_ok(v, tl_scene_write(v->ctx, v->scene, path)))
+    if (path && viewer_may_write(v, path) && viewer_ok(v, tl_scene_write(v->ctx, v->scene, path)))
         viewer_say(v, VIEWER_INFO, "Saved '%s'; 'tetralod render --scene' draws it again.", path);
     g_free(path);
 }
@@ -379,7 +265,6 @@ static const viewer_action ACTIONS[] = {
     {"open", "<Control>o", "File", "Open a data set or a scene", show_open, NULL},
     {"open-scene", "", "File", "Open a scene", show_open, NULL},
     {"save-scene", "<Control>s", "File", "Save the scene", save_scene, NULL},
-    {"build-model", "<Control>b", "File", "Build a model of the mesh", build_model, NULL},
 };
 
 /* ---- recent files ---- */
@@ -417,37 +302,16 @@ GMenu *viewer_files_recent_menu(viewer *v)
 
 /* ---- what the live view says ---- */
 
-/* Shows it as what it was built of is shown. */
-static void open_model(viewer *v, const char *path, bool as_now)
-{
-    tl_scene *scene = NULL;
-    if (viewer_ok(v, as_now ? tl_scene_copy(v->ctx, v->scene, &scene) : make_scene(v, &scene)))
-        open_now(v, path, scene);
-    tl_scene_destroy(v->ctx, scene);
-}
-
-static void on_model_event(viewer *v, const tl_live_event *event)
-{
-    struct viewer_files *files = v->files;
-    char *built = g_steal_pointer(&files->building);
-    viewer_window_progress(v, NULL, 0, NULL);
-    if (event->kind == TL_LIVE_DONE) {
-        const bool is_of_open = v->path && g_strcmp0(v->path, files->built_from) == 0;
-        viewer_say(v, VIEWER_INFO, "The model '%s' is complete.", built);
-        open_model(v, built, is_of_open);
-    } else if (event->status != TL_ERR_CANCELLED) {
-        viewer_say(v, VIEWER_ERROR, "%s", event->text);
-    }
-    g_free(built);
-    viewer_window_retitle(v);
-}
-
 static void on_open_failed(viewer *v, const tl_live_event *event)
 {
     struct viewer_files *files = v->files;
     const bool is_cancelled = event->status == TL_ERR_CANCELLED;
     viewer_window_progress(v, NULL, 0, NULL);
-    if (!is_cancelled) viewer_say(v, VIEWER_ERROR, "%s", event->text);
+    const bool is_too_large = event->status == TL_ERR_BUDGET || event->status == TL_ERR_MEMORY;
+    if (is_too_large && files->opening && !v->words->script)
+        viewer_models_offer(v, files->opening, event->text);
+    else if (!is_cancelled)
+        viewer_say(v, VIEWER_ERROR, "%s", event->text);
     if (!is_cancelled || !files->is_replaced) g_clear_pointer(&files->opening, g_free);
     files->is_replaced = false;
     viewer_window_retitle(v);
@@ -457,49 +321,59 @@ static void on_live(viewer *v, void *user)
 {
     (void)user;
     const tl_live_event *event = v->event;
-    const bool is_model = event->job == TL_LIVE_MODEL, is_open = event->job == TL_LIVE_OPEN;
-    if (event->kind == TL_LIVE_PROGRESS && (is_model || is_open)) {
-        char *text =
-            g_strdup_printf("%s: %s", is_model ? "Building a model" : "Reading", event->stage);
-        viewer_window_progress(v, text,
-                               event->total ? (double)event->done / (double)event->total : -1,
-                               is_model ? cancel_model : cancel_open);
-        g_free(text);
-    } else if (is_model && (event->kind == TL_LIVE_DONE || event->kind == TL_LIVE_FAILED)) {
-        on_model_event(v, event);
-    } else if (is_open && event->kind == TL_LIVE_FAILED) {
+    const bool is_open = event->job == TL_LIVE_OPEN;
+    if (event->kind == TL_LIVE_PROGRESS && is_open)
+        viewer_window_job(v, "Reading", event, cancel_open);
+    else if (is_open && event->kind == TL_LIVE_FAILED)
         on_open_failed(v, event);
-    } else if (event->kind == TL_LIVE_FAILED && event->status != TL_ERR_CANCELLED &&
-               (event->job == TL_LIVE_CONTENT || event->job == TL_LIVE_DRAWING)) {
+    else if (event->kind == TL_LIVE_FAILED && event->status != TL_ERR_CANCELLED &&
+             (event->job == TL_LIVE_CONTENT || event->job == TL_LIVE_DRAWING))
         viewer_say(v, VIEWER_ERROR, "%s", event->text);
-    } else if (event->kind == TL_LIVE_NOTICE) {
+    else if (event->kind == TL_LIVE_NOTICE)
         viewer_say(v, VIEWER_WARNING, "%s", event->text);
-    }
 }
 
 static void on_source(viewer *v, void *user)
 {
     (void)user;
-    const tl_source_facts *facts = tl_source_get_facts(v->source);
     viewer_window_progress(v, NULL, 0, NULL);
     fill_recent(v);
-    if (facts->is_model || facts->tets < MANY_TETS || v->words->script) return;
-    char *tets = viewer_count_text((double)facts->tets);
-    viewer_offer(v, "Build a model…", build_of_open, NULL,
-                 "A mesh of %s tets. As a model it opens at once and turns smoothly.", tets);
-    g_free(tets);
 }
 
 /* ---- drops ---- */
 
+/* Those that are no steps of the same series. */
+static guint count_others(viewer *v, const char *path, const GSList *files)
+{
+    tl_series series = {0};
+    guint others = 0;
+    if (files && tl_series_find(v->ctx, path, NULL, &series)) tl_ctx_clear(v->ctx);
+    for (; files; files = files->next) {
+        char *other = g_file_get_path(files->data);
+        bool is_step = false;
+        for (size_t i = 0; other && i < series.count; i++)
+            is_step |= strcmp(series.steps[i].path, other) == 0;
+        others += !is_step;
+        g_free(other);
+    }
+    tl_series_release(v->ctx, &series);
+    return others;
+}
+
 static gboolean on_drop(GtkDropTarget *target, const GValue *value, double x, double y, viewer *v)
 {
     (void)target, (void)x, (void)y;
-    GSList *files = g_value_get_boxed(value);
+    const GSList *files = g_value_get_boxed(value);
     char *path = files ? g_file_get_path(files->data) : NULL;
-    if (path) open_chosen(v, path);
+    if (!path) return FALSE;
+    open_chosen(v, path);
+    const guint others = count_others(v, path, files->next);
+    if (others)
+        viewer_say(v, VIEWER_WARNING,
+                   "One data set is shown at a time: '%s'. %u of those dropped %s not opened.",
+                   path, others, others == 1 ? "was" : "were");
     g_free(path);
-    return path != NULL;
+    return TRUE;
 }
 
 /* ---- commands of scripts ---- */
@@ -517,19 +391,14 @@ static bool run_scene(viewer *v, const char *arguments)
 
 static bool run_save_scene(viewer *v, const char *arguments)
 {
-    return may_write(v, arguments) && viewer_ok(v, tl_scene_write(v->ctx, v->scene, arguments));
-}
-
-static bool run_build(viewer *v, const char *arguments)
-{
-    return v->path && build(v, v->path, arguments);
+    return viewer_may_write(v, arguments) &&
+           viewer_ok(v, tl_scene_write(v->ctx, v->scene, arguments));
 }
 
 static const viewer_command COMMANDS[] = {
     {"open", "open FILE", run_open},
     {"scene", "scene FILE.json", run_scene},
     {"save-scene", "save-scene FILE.json", run_save_scene},
-    {"build", "build FILE.tlod", run_build},
 };
 
 /* ---- the part ---- */
@@ -560,8 +429,5 @@ void viewer_files_destroy(viewer *v)
 {
     g_object_unref(v->files->recent);
     g_free(v->files->opening);
-    g_free(v->files->building);
-    g_free(v->files->built_from);
-    g_free(v->files->asked);
     g_free(v->files);
 }

@@ -124,6 +124,7 @@ static void on_activate(GtkApplication *app, viewer *v)
     viewer_keys_commands(v);
     viewer_figures_attach(v);
     viewer_files_attach(v);
+    viewer_models_attach(v);
     viewer_save_attach(v);
     viewer_panels_attach(v);
     viewer_tools_attach(v);
@@ -154,6 +155,7 @@ static void tear_down(viewer *v)
     viewer_motion_destroy(v);
     viewer_input_destroy(v);
     viewer_files_destroy(v);
+    viewer_models_destroy(v);
 }
 
 int main(int argc, char **argv)
@@ -181,6 +183,7 @@ int main(int argc, char **argv)
     if (v.exit_status == DONE) {
         viewer_session_create(&v);
         viewer_files_create(&v);
+        viewer_models_create(&v);
         g_application_run(G_APPLICATION(v.app), 0, NULL);
         tear_down(&v);
     }

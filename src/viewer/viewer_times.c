@@ -3,6 +3,7 @@
 #include "viewer_tools.h"
 
 #include <math.h>
+#include <string.h>
 
 #define PLAY_MS 100 /* least time of a step */
 
@@ -26,7 +27,14 @@ static size_t place_of(const viewer *v)
     const double step = tl_scene_real(v->scene, TL_NODE_DATA + 1, "step");
     for (size_t i = 0; i < facts->step_count; i++)
         if ((double)facts->steps[i].number == step) return i;
-    return 0;
+    return facts->own_step;
+}
+
+/* The step that is asked for is on the screen. */
+static bool is_shown(const viewer *v)
+{
+    return v->frame && v->frame->facts && v->frame->scene_version == tl_scene_version(v->scene) &&
+           v->frame->facts->step == facts_of(v)->steps[place_of(v)].number;
 }
 
 static void go_to(viewer *v, size_t place)
@@ -61,8 +69,7 @@ static gboolean on_timer(gpointer data)
         stop(v);
         return G_SOURCE_REMOVE;
     }
-    if (!v->frame || v->frame->scene_version != tl_scene_version(v->scene))
-        return G_SOURCE_CONTINUE;
+    if (!is_shown(v)) return G_SOURCE_CONTINUE;
     go_to(v, (place_of(v) + 1) % facts_of(v)->step_count);
     return G_SOURCE_CONTINUE;
 }
@@ -102,6 +109,30 @@ static void step_back(viewer *v)
 
 /* ---- the slider ---- */
 
+static void set_label(viewer *v)
+{
+    const tl_source_facts *facts = facts_of(v);
+    const size_t place = place_of(v);
+    const tl_source_step *step = &facts->steps[place];
+    char *file = step->file ? g_path_get_basename(step->file) : NULL;
+    char *what = file                   ? g_strconcat(": ", file, NULL)
+                 : isfinite(step->time) ? g_strdup_printf(", time %.6g", step->time)
+                                        : g_strdup("");
+    char *text = g_strdup_printf("%s %zu of %zu%s%s", file ? "file" : "step", place + 1,
+                                 facts->step_count, what, is_shown(v) ? "" : " …");
+    GtkLabel *label = GTK_LABEL(v->tools->times->label);
+    if (strcmp(gtk_label_get_text(label), text) != 0) gtk_label_set_text(label, text);
+    g_free(text);
+    g_free(what);
+    g_free(file);
+}
+
+static void on_frame(viewer *v, void *user)
+{
+    (void)user;
+    if (has_steps(v)) set_label(v);
+}
+
 static void refresh(viewer *v, void *user)
 {
     (void)user;
@@ -111,20 +142,11 @@ static void refresh(viewer *v, void *user)
         stop(v);
         return;
     }
-    char text[96];
-    const tl_source_facts *facts = facts_of(v);
-    const size_t place = place_of(v);
-    const tl_source_step *step = &facts->steps[place];
     t->is_filling = true;
-    gtk_range_set_range(GTK_RANGE(t->scale), 0, (double)(facts->step_count - 1));
-    gtk_range_set_value(GTK_RANGE(t->scale), (double)place);
+    gtk_range_set_range(GTK_RANGE(t->scale), 0, (double)(facts_of(v)->step_count - 1));
+    gtk_range_set_value(GTK_RANGE(t->scale), (double)place_of(v));
     t->is_filling = false;
-    if (isfinite(step->time))
-        g_snprintf(text, sizeof text, "step %zu of %zu, time %.6g", place + 1, facts->step_count,
-                   step->time);
-    else
-        g_snprintf(text, sizeof text, "step %zu of %zu", place + 1, facts->step_count);
-    gtk_label_set_text(GTK_LABEL(t->label), text);
+    set_label(v);
 }
 
 static void on_slide(GtkRange *range, viewer *v)
@@ -170,6 +192,7 @@ void viewer_times_attach(viewer *v)
     viewer_add_actions(v, ACTIONS, G_N_ELEMENTS(ACTIONS));
     viewer_listen(v, VIEWER_SOURCE, refresh, NULL);
     viewer_listen(v, VIEWER_SCENE, refresh, NULL);
+    viewer_listen(v, VIEWER_FRAME, on_frame, NULL);
 }
 
 void viewer_times_destroy(viewer *v)

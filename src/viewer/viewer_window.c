@@ -154,6 +154,15 @@ void viewer_window_progress(viewer *v, const char *text, double part, void (*can
         shell->pulse = g_timeout_add(120, on_pulse, shell->progress_bar);
 }
 
+void viewer_window_job(viewer *v, const char *text, const tl_live_event *event,
+                       void (*cancel)(viewer *v))
+{
+    char *line = g_strdup_printf("%s: %s", text, event->stage);
+    const double part = event->total ? (double)event->done / (double)event->total : -1;
+    viewer_window_progress(v, line, part, cancel);
+    g_free(line);
+}
+
 static void on_cancel(GtkButton *button, viewer *v)
 {
     (void)button;
