@@ -18,6 +18,7 @@ struct viewer_core {
     uint64_t things, camera; /* versions that the parts know of */
     uint64_t sent;           /* version that the live view has */
     double window[4];        /* of the scene: where the picture has room for the data */
+    uint64_t kept;           /* version of the camera that was kept; 0: none was */
     bool is_reframed;        /* it is another one than the live view has */
     int gestures;            /* that go on */
     atomic_int is_woken;     /* the loop will look for frames and events */
@@ -198,6 +199,7 @@ static void keep_camera(viewer *v)
     if (position.count || is_old_frame(v)) return;
     const tl_status st = tl_scene_set_camera(v->ctx, v->scene, &v->frame->camera);
     tl_scene_forget(v->ctx, v->scene);
+    v->core->kept = tl_scene_node_version(v->scene, TL_NODE_CAMERA + 1);
     if (viewer_ok(v, st)) viewer_changed(v);
 }
 
@@ -230,6 +232,7 @@ void viewer_take_scene(viewer *v, tl_scene *scene)
     tl_scene_destroy(v->ctx, v->scene);
     v->scene = scene;
     v->selected = 0;
+    core->kept = 0;
     memset(core->window, 0, sizeof core->window); /* the live view has the scene as it came */
     viewer_frame_scene(v);
     tl_scene_forget(v->ctx, v->scene);
@@ -283,6 +286,15 @@ static void on_notify(void *user)
 
 /* ---- sizes ---- */
 
+/* While nobody has touched it, a camera that was kept goes on following the window. */
+static void release_camera(viewer *v)
+{
+    const bool is_kept = v->core->kept == tl_scene_node_version(v->scene, TL_NODE_CAMERA + 1);
+    if (!is_kept || tl_scene_undo_name(v->scene)) return;
+    viewer_ok(v, tl_scene_set_reals(v->ctx, v->scene, TL_NODE_CAMERA + 1, "position", NULL, 0));
+    tl_scene_forget(v->ctx, v->scene);
+}
+
 void viewer_frame_scene(viewer *v)
 {
     double window[4], bounds[6] = {0};
@@ -300,6 +312,8 @@ void viewer_frame_scene(viewer *v)
     annotation.title = *tl_scene_text(v->scene, picture, "title") ? "" : NULL;
     annotation.note = tl_scene_flag(v->scene, picture, "note") ? "" : NULL;
     tl_annotation_window(&annotation, (uint32_t)width, (uint32_t)height, window);
+    if (v->frame && (v->frame->width != (uint32_t)width || v->frame->height != (uint32_t)height))
+        release_camera(v);
     viewer_ok(v, tl_scene_set_frame(v->ctx, v->scene, (uint32_t)width, (uint32_t)height, window));
     tl_live_set_size(v->live, (uint32_t)width, (uint32_t)height);
     if (memcmp(window, v->core->window, sizeof window) == 0) return;
