@@ -261,6 +261,71 @@ static void programs_of_lists(void **state)
     check_ctx_destroy(ctx);
 }
 
+/* Bands of rays that were begun, and after which of them somebody cancels. */
+static PFNGLDISPATCHCOMPUTEPROC true_dispatch;
+static size_t bands, last_band;
+static tl_ctx *cancelled;
+static void count_bands(GLuint x, GLuint y, GLuint z)
+{
+    if (y > 1 && ++bands == last_band) tl_ctx_cancel(cancelled, true);
+    true_dispatch(x, y, z);
+}
+
+/* A picture of BANDS bands is that of the processor; cancelled in the middle it ends after the band
+ * that is begun, and the next one is as if it had not been. */
+enum { BANDS = 4 };
+static void check_bands(tl_ctx *ctx, const scene *drawn)
+{
+    static const double bounds[6] = {0, 1, 0, 1, 0, 1};
+    const tl_camera camera = tl_camera_fit(bounds, 30, 25, 1.3, 320, 700);
+    tl_image *expected = draw_scene(ctx, TL_RENDERER_CPU, drawn, &camera), *image = NULL;
+    tl_renderer *r = open_renderer(ctx, TL_RENDERER_GL);
+    fill(ctx, r, drawn);
+    tl_image_destroy(ctx, picture_take(ctx, r, &camera)); /* room for lists is known then */
+    true_dispatch = epoxy_glDispatchCompute;
+    epoxy_glDispatchCompute = count_bands;
+    cancelled = ctx;
+    for (last_band = 1; last_band < BANDS; last_band++) {
+        bands = 0;
+        CHECK_STATUS(picture_try(ctx, r, &camera), TL_ERR_CANCELLED);
+        CHECK_EQ(bands, last_band);
+        tl_ctx_cancel(ctx, false);
+        tl_ctx_clear(ctx);
+    }
+    bands = last_band = 0;
+    image = picture_take(ctx, r, &camera);
+    CHECK_EQ(bands, BANDS);
+    epoxy_glDispatchCompute = true_dispatch;
+    printf("%d bands of rays: %.1f dB, %g expected\n", BANDS, psnr(expected, image), ALIKE_RAYS);
+    CHECK(psnr(expected, image) >= ALIKE_RAYS);
+    tl_image_destroy(ctx, image);
+    tl_image_destroy(ctx, expected);
+    tl_renderer_destroy(ctx, r);
+}
+
+static void rays_are_cancelled(void **state)
+{
+    (void)state;
+    tl_ctx *ctx;
+    if (!begin(&ctx)) CHECK_SKIP("there is no OpenGL");
+    make_mesh m = perturbed(9, true);
+    solid s = open_solid(ctx, &m, hills);
+    tl_transfer *t = colored(ctx, false);
+    tl_volume_opts opts = tl_volume_opts_defaults();
+    opts.method = TL_VOLUME_RAYS;
+    const scene drawn = {.mesh = s.mesh,
+                         .scalar = s.scalar,
+                         .volume = s.volume,
+                         .transfer = t,
+                         .volume_opts = &opts};
+    const bool rays = has_rays(ctx, &drawn);
+    if (rays) check_bands(ctx, &drawn);
+    tl_transfer_destroy(ctx, t);
+    close_solid(ctx, &s);
+    check_ctx_destroy(ctx);
+    if (!rays) CHECK_SKIP("OpenGL is older than 4.3");
+}
+
 static PFNGLGETERRORPROC true_error;
 static GLenum lost_error(void)
 {
@@ -340,6 +405,7 @@ int main(void)
 #if TETRALOD_WITH_GL
         cmocka_unit_test(other_contexts),
         cmocka_unit_test(programs_of_lists),
+        cmocka_unit_test(rays_are_cancelled),
         cmocka_unit_test(contexts_that_are_lost),
         cmocka_unit_test(renderers_outlive_their_context),
 #endif

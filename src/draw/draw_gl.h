@@ -238,9 +238,10 @@ typedef struct tli_gl_scene {
     bool has_layers;
     const tli_gl_target *back; /* what is behind, and where rays end */
 } tli_gl_scene;
-/* Puts all of it in front of the back, into the colour of the target. */
-void tli_gl_caster_follow(const tli_gl_caster *caster, const tli_gl_view *view,
-                          const tli_gl_scene *scene, const tli_gl_target *target);
+/* Puts all of it in front of the back, into the colour of the target; cancelled between bands of
+ * rows. */
+tl_status tli_gl_caster_follow(tl_ctx *ctx, const tli_gl_caster *caster, const tli_gl_view *view,
+                               const tli_gl_scene *scene, const tli_gl_target *target);
 
 /* ---- surfaces, lines, points and slices: draw_gl_paint.c ---- */
 
@@ -300,6 +301,9 @@ typedef struct tli_gl_item {
     tli_gl_tets tets; /* for projection, from the first picture on that needs them */
 } tli_gl_item;
 
+/* Between parts of a picture, of which a card or a processor in its place has done some:
+ * TL_ERR_CANCELLED where nobody wants the rest. */
+tl_status tli_gl_go_on(tl_ctx *ctx);
 /* Draws all things in front of a colour [4], times opacity, as far as the depth of a picture, NULL:
  * of none. *drawn receives where they are; their depths are in s->opaque. */
 tl_status tli_gl_frame_draw(tl_ctx *ctx, tli_gl_state *s, tli_gl_view *view, tli_item *const *items,

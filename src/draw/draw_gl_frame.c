@@ -166,8 +166,7 @@ static tl_status open_slabs(tl_ctx *ctx, tli_gl_state *s, const tli_gl_view *vie
     return TL_OK;
 }
 
-/* Between parts of a picture, of which a card or a processor in its place has done some. */
-static tl_status go_on(tl_ctx *ctx)
+tl_status tli_gl_go_on(tl_ctx *ctx)
 {
     return tli_ctx_is_cancelled(ctx) ? tl_fail(ctx, TL_ERR_CANCELLED, "cancelled during a picture")
                                      : TL_OK;
@@ -205,7 +204,7 @@ static tl_status draw_layers(tl_ctx *ctx, tli_gl_state *s, const tli_gl_view *vi
             if (more || i + 1 < count) cover(s, layers[i]->color);
         }
         limits[0] = limits[count];
-        if (!st) st = go_on(ctx);
+        if (!st) st = tli_gl_go_on(ctx);
     }
     return st;
 }
@@ -235,8 +234,8 @@ static tl_status draw_rays(tl_ctx *ctx, tli_gl_state *s, const tli_gl_view *view
     }
     if (!st && own) st = tli_gl_web_enter(ctx, s->gl, c, view, &own->web, s->opaque.depth);
     if (st) return st;
-    tli_gl_caster_follow(c, view, &scene, &s->sum);
-    if (scene.has_layers) st = tli_gl_lists_end(ctx, s->gl, &c->layers, again, &none);
+    st = tli_gl_caster_follow(ctx, c, view, &scene, &s->sum);
+    if (!st && scene.has_layers) st = tli_gl_lists_end(ctx, s->gl, &c->layers, again, &none);
     if (!st && own) st = tli_gl_lists_end(ctx, s->gl, &c->entries, again, &given_up);
     if (given_up && !*again)
         tl_log(ctx, TL_LOG_WARNING, "%s: %zu rays of %zu went in circles and were given up",
@@ -279,7 +278,7 @@ tl_status tli_gl_frame_draw(tl_ctx *ctx, tli_gl_state *s, tli_gl_view *view, tli
     if (st) return st;
     set_depths(view, items, item_count);
     draw_opaque(s, view, items, item_count, background);
-    st = go_on(ctx);
+    st = tli_gl_go_on(ctx);
     if (!is_opaque && !st) st = draw_rest(ctx, s, view, items, item_count);
     *drawn = is_opaque ? &s->opaque : &s->sum;
     if (!st) st = tli_gl_check(ctx, s->gl);

@@ -7,6 +7,11 @@
 #include "mesh/mesh.h"
 
 enum { PLACE_GROUP = 64, PLACE_GROUPS_MAX = 65535, RAY_GROUP = 8, DOOR_CORNERS = 6 };
+/* Rays of a band, about, and bands that are given to a card before the first of them is waited for:
+ * enough for all it has to work, while pictures can still be cancelled. */
+enum { BAND_RAYS = 1 << 16, BANDS_AHEAD = 16 };
+/* A wait for a band that is begun again, nanoseconds. */
+static const GLuint64 WAIT_NS = 1000000000;
 /* Doors of a call: numbers of vertices are of 31 bits. */
 static const size_t DOORS_MAX = (size_t)1 << 28;
 /* Bindings of blocks, behind those of lists. */
@@ -165,8 +170,39 @@ tl_status tli_gl_web_enter(tl_ctx *ctx, tli_gl *gl, tli_gl_caster *caster, const
     return tli_gl_lists_sort(ctx, gl, &caster->sorter, &caster->entries, pixel_count);
 }
 
-void tli_gl_caster_follow(const tli_gl_caster *caster, const tli_gl_view *view,
-                          const tli_gl_scene *scene, const tli_gl_target *target)
+/* Until the card has done all that came before the fence, which is deleted. */
+static void wait_for(GLsync fence)
+{
+    while (glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, WAIT_NS) == GL_TIMEOUT_EXPIRED) {
+    }
+    glDeleteSync(fence);
+}
+
+/* A ray a pixel, a band of rows after the other. A processor in place of a card is done with a band
+ * when the call returns; a card has the next ones waiting, so that it never waits for us. */
+static tl_status follow_bands(tl_ctx *ctx, GLuint program, const tli_gl_view *view)
+{
+    const GLuint columns = (view->width + RAY_GROUP - 1) / RAY_GROUP;
+    const GLuint rows = (view->height + RAY_GROUP - 1) / RAY_GROUP;
+    GLuint band = BAND_RAYS / (RAY_GROUP * RAY_GROUP) / columns;
+    GLsync ends[BANDS_AHEAD] = {0};
+    tl_status st = TL_OK;
+    if (band == 0) band = 1;
+    for (GLuint row = 0, i = 0; row < rows; row += band, i = (i + 1) % BANDS_AHEAD) {
+        if (ends[i]) wait_for(ends[i]);
+        ends[i] = NULL;
+        st = tli_gl_go_on(ctx);
+        if (st) break;
+        tli_gl_set_int(program, "first_row", (GLint)(row * RAY_GROUP));
+        glDispatchCompute(columns, rows - row < band ? rows - row : band, 1);
+        ends[i] = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+    }
+    for (int i = 0; i < BANDS_AHEAD; i++) glDeleteSync(ends[i]); /* 0 is passed over */
+    return st;
+}
+
+tl_status tli_gl_caster_follow(tl_ctx *ctx, const tli_gl_caster *caster, const tli_gl_view *view,
+                               const tli_gl_scene *scene, const tli_gl_target *target)
 {
     static const tli_item NO_ITEM = {0};
     static const tli_gl_fog NO_FOG = {{0}, {0}, {0}};
@@ -194,8 +230,8 @@ void tli_gl_caster_follow(const tli_gl_caster *caster, const tli_gl_view *view,
     glBindImageTexture(0, target->color, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
     tli_gl_set_int(program, "picture", 0);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    glDispatchCompute((view->width + RAY_GROUP - 1) / RAY_GROUP,
-                      (view->height + RAY_GROUP - 1) / RAY_GROUP, 1);
+    tl_status st = follow_bands(ctx, program, view);
     glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
                     GL_SHADER_STORAGE_BARRIER_BIT);
+    return st;
 }

@@ -27,6 +27,7 @@ uniform sampler2D back_color, back_depth; /* what is behind, where rays end */
 uniform sampler2D gradients;              /* of vertices, in lengths from which on opacity is full */
 uniform mat3 axes;                        /* right, up, forward in axes of the mesh */
 uniform ivec2 size;
+uniform int first_row; /* of this band of rays */
 uniform vec2 clear; /* of tets with all values up to the first or from the second on nothing is seen */
 uniform bool has_volume, has_layers;
 
@@ -224,7 +225,7 @@ void follow()
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
     if (any(greaterThanEqual(pixel, size))) return;
     uint i = uint(pixel.y * size.x + pixel.x);
     ray = vec2(pixel) + 0.5 - pixel_middle;
