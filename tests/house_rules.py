@@ -205,6 +205,20 @@ def quiet_library(root):
     return complaints
 
 
+def numbers_of_locales(root):
+    """The library reads and writes numbers with points, whatever the locale of its host: by tli_print and tli_number_f64."""
+    complaints = []
+    for path in files(root, "src"):
+        if path.split("/")[1] in FACES or "int tli_vprint(char *text" in text_of(root, path) and path.endswith(".c"):
+            continue
+        names = ("strtod", "strtof", "strtold", "atof", "sscanf", "fscanf", "vsnprintf", "vfprintf")
+        complaints += [f"{path}:{line}: {name} depends on the locale" for line, name in calls(root, path, names)]
+        for found in re.finditer(r"\b(sn|f)printf\([^;]*?%[-+ #0-9.*]*[aefgAEFG]", text_of(root, path)):
+            if not found[0].endswith("%.0f"):
+                complaints.append(f"{path}:{line_of(text_of(root, path), found.start())}: {found[1]}printf of a real depends on the locale")
+    return complaints
+
+
 def dead_code(root):
     complaints = []
     for path in files(root, *C_FOLDERS):

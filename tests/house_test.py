@@ -33,6 +33,9 @@ class ThisTree(unittest.TestCase):
     def test_the_library_is_quiet(self):
         self.keeps(rules.quiet_library(ROOT))
 
+    def test_numbers_have_points_in_any_locale(self):
+        self.keeps(rules.numbers_of_locales(ROOT))
+
     def test_every_function_is_used(self):
         self.keeps(rules.unused_functions(ROOT))
 
@@ -103,7 +106,7 @@ class DamagedTree(unittest.TestCase):
 
     def test_a_good_tree_gives_no_complaint(self):
         for rule in (rules.stage_folders, rules.includes, rules.file_names, rules.sizes, rules.allocation,
-                     rules.quiet_library, rules.unused_functions, rules.dead_code, rules.lone_headers, rules.doc_links, rules.versions):
+                     rules.quiet_library, rules.numbers_of_locales, rules.unused_functions, rules.dead_code, rules.lone_headers, rules.doc_links, rules.versions):
             self.assertEqual([], rule(self.folder.name), rule.__name__)
 
     def test_an_include_down_the_list(self):
@@ -173,6 +176,10 @@ class DamagedTree(unittest.TestCase):
         self.append("src/mesh/mesh_read.c", 'void f(void)\n{\n    printf("x");\n    exit(1);\n}\n')
         self.append("src/base/base_memory.c", "char *home(void)\n{\n    abort();\n    return getenv(0);\n}\n")
         self.names(rules.quiet_library, "calls abort", "calls getenv", "calls printf", "calls exit")
+
+    def test_numbers_that_depend_on_the_locale(self):
+        self.append("src/mesh/mesh_read.c", 'void f(char *t)\n{\n    snprintf(t, 9, "%d %.3g", 1, strtod(t, 0));\n    snprintf(t, 9, "%.0f %d", 1.0, 1);\n}\n')
+        self.names(rules.numbers_of_locales, "strtod depends", "snprintf of a real")
 
     def test_the_assert_may_abort(self):
         self.append("src/base/base_memory.c", "void tli_assert_failed(const char *c)\n{\n    abort();\n}\n")

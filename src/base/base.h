@@ -3,6 +3,8 @@
 #ifndef TETRALOD_SRC_BASE_H
 #define TETRALOD_SRC_BASE_H
 
+#include <stdarg.h>
+
 #include "tetralod/base.h"
 
 /* A broken promise of our own; never reached by bytes from a file. Stays on in release builds. */
@@ -24,6 +26,10 @@ char *tli_strdup(tl_ctx *ctx, const char *text, tl_status *status);
  * for the message. TL_ERR_ARG for a size that can't be. */
 tl_status tli_opts_take(tl_ctx *ctx, const char *type, const void *given, void *opts,
                         size_t opts_bytes);
+
+/* snprintf and vsnprintf with a point in their numbers, whatever the locale. base_text.c */
+int tli_print(char *text, size_t bytes, const char *format, ...) TL_PRINTF(3, 4);
+int tli_vprint(char *text, size_t bytes, const char *format, va_list args) TL_PRINTF(3, 0);
 
 /* Bytes, 2 to 4, of the character of UTF-8 that begins at at, below end; 0 if none of more than one
  * byte does. */

@@ -141,7 +141,7 @@ static void message_append(tli_message *message, const char *format, va_list arg
 {
     size_t room = sizeof message->text - message->length;
     char *start = message->text + message->length;
-    int wanted = vsnprintf(start, room, format, args);
+    int wanted = tli_vprint(start, room, format, args);
     if (wanted < 0) {
         *start = 0;
         return;
@@ -249,7 +249,7 @@ void tl_log(tl_ctx *ctx, tl_log_level level, const char *format, ...)
     char line[LOG_LINE_BYTES];
     va_list args;
     va_start(args, format);
-    int wanted = vsnprintf(line, sizeof line, format, args);
+    int wanted = tli_vprint(line, sizeof line, format, args);
     va_end(args);
     if (wanted < 0) return;
     make_printable(line);

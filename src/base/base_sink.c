@@ -230,7 +230,7 @@ tl_status tli_sink_printf(tli_sink *sink, const char *format, ...)
     va_list args;
     size_t room = BUFFER_BYTES - sink->used;
     va_start(args, format);
-    int wanted = vsnprintf((char *)sink->buffer + sink->used, room, format, args);
+    int wanted = tli_vprint((char *)sink->buffer + sink->used, room, format, args);
     va_end(args);
     if (wanted < 0)
         return tl_fail(sink->ctx, TL_ERR_ARG, "'%s': a text can't be formatted", sink->path);
@@ -242,7 +242,7 @@ tl_status tli_sink_printf(tli_sink *sink, const char *format, ...)
     char *text = tl_mem_alloc(sink->ctx, (size_t)wanted + 1, 1, &st);
     if (st) return st;
     va_start(args, format);
-    vsnprintf(text, (size_t)wanted + 1, format, args);
+    tli_vprint(text, (size_t)wanted + 1, format, args);
     va_end(args);
     st = tli_sink_write(sink, text, (size_t)wanted);
     tl_mem_free(sink->ctx, text);

@@ -1,7 +1,28 @@
-/* Numbers and names as people read them. */
+/* Numbers and names as people read them, and as files have them. */
+#include <locale.h>
 #include <stdio.h>
 
 #include "base/base.h"
+
+int tli_vprint(char *text, size_t bytes, const char *format, va_list args)
+{
+    /* of this thread alone; the locale "C" is there without being made */
+    const locale_t points = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    const locale_t before = uselocale(points);
+    const int length = vsnprintf(text, bytes, format, args);
+    uselocale(before);
+    if (points) freelocale(points);
+    return length;
+}
+
+int tli_print(char *text, size_t bytes, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    const int length = tli_vprint(text, bytes, format, args);
+    va_end(args);
+    return length;
+}
 
 tl_text tl_text_count(uint64_t count)
 {

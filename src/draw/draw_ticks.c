@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/base.h"
+
 /* Digits before and behind the point up to which numbers are written without an exponent. */
 enum { DIGITS_BEFORE = 6, DIGITS_BEHIND = 4 };
 /* Steps closer to 0 than this part of the range are 0: what rounding leaves. */
@@ -54,7 +56,7 @@ static size_t one_tick(double value, tl_tick *tick, int *exponent)
     const int most = magnitude(fabs(value));
     *exponent = most >= DIGITS_BEFORE || most < -DIGITS_BEHIND ? most : 0;
     *tick = (tl_tick){.value = value, .at = 0.5};
-    snprintf(tick->label, sizeof tick->label, "%.6g", shift(value, *exponent));
+    tli_print(tick->label, sizeof tick->label, "%.6g", shift(value, *exponent));
     return 1;
 }
 
@@ -62,7 +64,7 @@ static size_t one_tick(double value, tl_tick *tick, int *exponent)
 static void write_label(double value, int exponent, int decimals, char label[TL_TICK_BYTES])
 {
     char plain[TL_TICK_BYTES];
-    snprintf(plain, sizeof plain, "%.*f", decimals, shift(value, exponent));
+    tli_print(plain, sizeof plain, "%.*f", decimals, shift(value, exponent));
     snprintf(label, TL_TICK_BYTES, "%s%s", plain[0] == '-' ? "−" : "", plain + (plain[0] == '-'));
 }
 
@@ -119,7 +121,7 @@ static void write_power(int exponent, char label[TL_TICK_BYTES])
 {
     char raised[TL_TICK_BYTES - 8] = "";
     if (exponent >= -3 && exponent <= 4) {
-        snprintf(label, TL_TICK_BYTES, "%g", pow(10, exponent));
+        tli_print(label, TL_TICK_BYTES, "%g", pow(10, exponent));
         return;
     }
     raise_digits(exponent, raised, sizeof raised);
@@ -136,7 +138,7 @@ size_t tl_ticks_log(double low, double high, size_t most, tl_tick ticks[TL_TICKS
         count = tl_ticks(low, high, most, ticks, &exponent);
         for (size_t i = 0; i < count && wide > 0; i++) {
             ticks[i].at = (log10(ticks[i].value) - from) / wide;
-            snprintf(ticks[i].label, sizeof ticks[i].label, "%.4g", ticks[i].value);
+            tli_print(ticks[i].label, sizeof ticks[i].label, "%.4g", ticks[i].value);
         }
         return count;
     }

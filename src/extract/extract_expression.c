@@ -60,7 +60,7 @@ tl_status tli_expression_fail(tl_ctx *ctx, const tl_expression *expression, size
     char what[256];
     va_list args;
     va_start(args, format);
-    vsnprintf(what, sizeof what, format, args);
+    tli_vprint(what, sizeof what, format, args);
     va_end(args);
     bool whole = strlen(expression->text) <= TEXT_SHOWN;
     return tl_fail(ctx, TL_ERR_ARG, "expression '%.*s%s', column %zu: %s", TEXT_SHOWN,

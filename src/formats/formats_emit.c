@@ -116,24 +116,11 @@ tl_status tli_emit_raw(tli_emit *emit, const tli_out_array *array, bool swap)
 
 /* ---- text ---- */
 
-/* Any decimal point that a locale puts in becomes '.'. */
-static int normal_point(char *text, int length)
-{
-    int at = 0;
-    while (at < length && (strchr("+-", text[at]) || (text[at] >= '0' && text[at] <= '9'))) at++;
-    if (at == length || text[at] == '.' || text[at] == 'e') return length;
-    int end = at;
-    while (end < length && !(text[end] >= '0' && text[end] <= '9')) end++;
-    text[at] = '.';
-    memmove(text + at + 1, text + end, (size_t)(length - end) + 1);
-    return length - (end - at) + 1;
-}
-
 int tli_print_real(char *text, double value, int digits)
 {
     if (isnan(value)) return snprintf(text, TLI_NUMBER_BYTES, "nan");
     if (isinf(value)) return snprintf(text, TLI_NUMBER_BYTES, value < 0 ? "-inf" : "inf");
-    return normal_point(text, snprintf(text, TLI_NUMBER_BYTES, "%.*g", digits, value));
+    return tli_print(text, TLI_NUMBER_BYTES, "%.*g", digits, value);
 }
 
 static int print_number(char *text, tl_scalar scalar, const uint8_t *at)

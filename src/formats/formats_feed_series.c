@@ -145,9 +145,9 @@ static tl_status compare_places(series_reader *r, const tl_mesh *mesh, const tl_
         for (size_t i = 0; !st && i < n; i++) {
             const double *now = mesh->xyz + 3 * (first + i), *before = xyz + 3 * i;
             if (is_same_place(now, before)) continue;
-            snprintf(change, sizeof change,
-                     "the mesh moves: vertex %zu is at %.9g %.9g %.9g, it was at %.9g %.9g %.9g",
-                     first + i, now[0], now[1], now[2], before[0], before[1], before[2]);
+            tli_print(change, sizeof change,
+                      "the mesh moves: vertex %zu is at %.9g %.9g %.9g, it was at %.9g %.9g %.9g",
+                      first + i, now[0], now[1], now[2], before[0], before[1], before[2]);
             st = other_mesh(r, step, change);
         }
     }

@@ -68,7 +68,7 @@ tl_status tli_legacy_fail(const tli_legacy *reader, const char *place, tl_status
     char text[512];
     va_list args;
     va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
+    tli_vprint(text, sizeof text, format, args);
     va_end(args);
     if (reader->binary)
         return tl_fail(reader->ctx, status, "'%s': byte %zu: %s", reader->path,

@@ -27,7 +27,7 @@ tl_status tli_scan_fail(const tli_scan *scan, const char *format, ...)
     char what[400];
     va_list args;
     va_start(args, format);
-    vsnprintf(what, sizeof what, format, args);
+    tli_vprint(what, sizeof what, format, args);
     va_end(args);
     if (scan->binary)
         return tl_fail(scan->ctx, TL_ERR_FORMAT, "'%s': byte %" PRIu64 ": %s", scan->path,

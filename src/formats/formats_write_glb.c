@@ -151,7 +151,7 @@ static void say(file *f, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
-    int n = vsnprintf(f->json + f->json_bytes, JSON_BYTES - f->json_bytes, format, args);
+    int n = tli_vprint(f->json + f->json_bytes, JSON_BYTES - f->json_bytes, format, args);
     va_end(args);
     if (n > 0) f->json_bytes += (size_t)n;
 }

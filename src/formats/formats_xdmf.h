@@ -39,6 +39,8 @@ const tli_xd_node *tli_xd_child(const tli_xd_node *node, const char *name,
                                 const tli_xd_node *after);
 /* Value of an attribute, otherwise if it has none. */
 const char *tli_xd_value(const tli_xd_node *node, const char *name, const char *otherwise);
+/* Number of an attribute; *value stays where there is none. node: may be NULL. */
+tl_status tli_xd_real(const tli_xdmf *x, const tli_xd_node *node, const char *name, double *value);
 /* The element that a path such as //Grid[@Name="mesh"]/Grid[1] names; NULL if there is none. */
 const tli_xd_node *tli_xd_find(const tli_xdmf *x, const char *path);
 bool tli_xd_same(const char *a, const char *b); /* in any case */

@@ -293,7 +293,7 @@ static tl_status read_cells(reader *r, const tli_xd_node *topology)
 {
     const char *type = topology_type(topology);
     const tli_xd_node *item = tli_xd_child(topology, "DataItem", NULL);
-    double base = strtod(tli_xd_value(topology, "BaseOffset", "0"), NULL), *values = NULL;
+    double base = 0, *values = NULL;
     uint64_t count = 0;
     size_t k = 0;
     tli_cells cells;
@@ -305,8 +305,9 @@ static tl_status read_cells(reader *r, const tli_xd_node *topology)
         return tl_fail(r->x->ctx, TL_ERR_UNSUPPORTED, "'%s': topology of type '%s'",
                        r->x->source->path, type);
     if (!item) return tli_xd_fail(r->x, topology, "has no DataItem");
+    tl_status st = tli_xd_real(r->x, topology, "BaseOffset", &base);
     tli_cells_init(r->x->ctx, &cells);
-    tl_status st = item_reals(r->x, item, &count, &values);
+    if (!st) st = item_reals(r->x, item, &count, &values);
     if (!st)
         st = mixed ? take_mixed(r, topology, values, count, base, &cells)
                    : take_uniform(r, topology, k, values, count, base, &cells);
@@ -441,11 +442,8 @@ static tl_status read_times(tli_xdmf *x, const tli_xd_node *series, tl_steps *st
         }
         tl_mem_free(x->ctx, values);
     }
-    for (size_t i = 0; (grid = tli_xd_child(series, "Grid", grid)) && !st; i++) {
-        const tli_xd_node *own = tli_xd_child(grid, "Time", NULL);
-        const char *value = own ? tli_xd_value(own, "Value", "") : "";
-        if (*value) steps->times[i] = strtod(value, NULL);
-    }
+    for (size_t i = 0; !st && (grid = tli_xd_child(series, "Grid", grid)); i++)
+        st = tli_xd_real(x, tli_xd_child(grid, "Time", NULL), "Value", &steps->times[i]);
     return st;
 }
 
@@ -521,8 +519,7 @@ tl_status tli_read_xdmf(tl_ctx *ctx, const tli_source *source, const tl_read_opt
         while (!st && (node = tli_xd_child(domain, "Grid", node)))
             st = read_grid(&r, node, several, 0);
         const tli_xd_node *time = first ? tli_xd_child(first, "Time", NULL) : NULL;
-        const char *value = time ? tli_xd_value(time, "Value", "") : "";
-        if (!st && *value) grid->time = strtod(value, NULL);
+        if (!st) st = tli_xd_real(&x, time, "Value", &grid->time);
     }
     tl_steps_release(ctx, &steps);
     tli_xd_close(&x);

@@ -1,5 +1,6 @@
 /* XDMF: arrays (DataItem), as text in the XML, in HDF5 or in a file of bytes. */
 #include "formats/formats_hdf5.h"
+#include "formats/formats_number.h"
 #include "formats/formats_xdmf.h"
 
 #include <stdio.h>
@@ -14,6 +15,14 @@ tl_status tli_xd_fail(const tli_xdmf *x, const tli_xd_node *node, const char *wh
 {
     return tl_fail(x->ctx, TL_ERR_FORMAT, "'%s': %s '%s' %s", x->source->path, node->name,
                    tli_xd_value(node, "Name", ""), what);
+}
+
+tl_status tli_xd_real(const tli_xdmf *x, const tli_xd_node *node, const char *name, double *value)
+{
+    const char *text = node ? tli_xd_value(node, name, "") : "";
+    if (!*text || tli_number_f64(text, text + strlen(text), value)) return TL_OK;
+    return tl_fail(x->ctx, TL_ERR_FORMAT, "'%s': %s has '%s' for %s, expected a number",
+                   x->source->path, node->name, tl_text_name(text).s, name);
 }
 
 /* ---- what an item says ---- */
@@ -131,12 +140,10 @@ static char *trimmed(tli_xdmf *x, const tli_xd_node *node, tl_status *st)
 
 static tl_status read_text(tli_xdmf *x, const item *it, double *out)
 {
-    const char *at = it->node->text ? it->node->text : "";
+    const char *at = it->node->text ? it->node->text : "", *end = at + strlen(at);
     for (uint64_t i = 0; i < it->count; i++) {
-        char *end;
-        out[i] = strtod(at, &end);
-        if (end == at) return tli_xd_fail(x, it->node, "has fewer numbers than its dimensions say");
-        at = end;
+        at = tli_number_f64(at, end, &out[i]);
+        if (!at) return tli_xd_fail(x, it->node, "has fewer numbers than its dimensions say");
     }
     return TL_OK;
 }

@@ -24,7 +24,7 @@ TL_PRINTF(2, 3) static void say(words *w, const char *format, ...)
     va_list args, again;
     va_start(args, format);
     va_copy(again, args);
-    int n = vsnprintf(NULL, 0, format, args);
+    int n = tli_vprint(NULL, 0, format, args);
     va_end(args);
     if (w->length + (size_t)n + 1 > w->room) {
         size_t room = 2 * w->room + (size_t)n + 256;
@@ -32,7 +32,7 @@ TL_PRINTF(2, 3) static void say(words *w, const char *format, ...)
         if (!w->status) w->room = room;
     }
     if (!w->status)
-        w->length += (size_t)vsnprintf(w->text + w->length, w->room - w->length, format, again);
+        w->length += (size_t)tli_vprint(w->text + w->length, w->room - w->length, format, again);
     va_end(again);
 }
 

@@ -16,16 +16,8 @@ void tli_real_print(double real, char text[TLI_REAL_BYTES])
 {
     for (int digits = DIGITS_LEAST; digits <= DIGITS_MOST; digits++) {
         double again = (double)NAN;
-        char *to = text;
-        snprintf(text, TLI_REAL_BYTES, "%.*g", digits, real);
-        /* whatever a locale has for the point, once */
-        for (const char *from = text; *from; from++)
-            if (strchr("+-0123456789e", *from))
-                *to++ = *from;
-            else if (to > text && to[-1] != '.')
-                *to++ = '.';
-        *to = '\0';
-        if (strcmp(text, "-0") == 0) memcpy(to, ".0", sizeof ".0"); /* JSON's -0 is a count */
+        tli_print(text, TLI_REAL_BYTES, "%.*g", digits, real);
+        if (strcmp(text, "-0") == 0) strcat(text, ".0"); /* JSON's -0 is a count */
         if (tli_number_f64(text, text + strlen(text), &again) && again == real) return;
     }
 }
@@ -35,9 +27,9 @@ void tli_real_print(double real, char text[TLI_REAL_BYTES])
 static void print_range(const tl_prop_info *info, char text[96])
 {
     if (info->least > -DBL_MAX && info->most < DBL_MAX)
-        snprintf(text, 96, " from %g to %g", info->least, info->most);
+        tli_print(text, 96, " from %g to %g", info->least, info->most);
     else if (info->least > -DBL_MAX)
-        snprintf(text, 96, " of %g or more", info->least);
+        tli_print(text, 96, " of %g or more", info->least);
     else
         *text = '\0';
 }

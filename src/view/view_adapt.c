@@ -19,7 +19,7 @@ static TL_PRINTF(2, 3) void say(adapter *a, const char *format, ...)
     va_list args;
     if (a->used && a->used + 1 < a->bytes) a->text[a->used++] = '\n';
     va_start(args, format);
-    const int n = vsnprintf(a->text + a->used, a->bytes - a->used, format, args);
+    const int n = tli_vprint(a->text + a->used, a->bytes - a->used, format, args);
     va_end(args);
     if (n > 0) a->used += (size_t)n;
     if (a->used >= a->bytes) a->used = a->bytes - 1;

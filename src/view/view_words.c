@@ -44,11 +44,11 @@ void tl_content_note(const tl_content *content, char *text, size_t bytes)
     count = tl_text_count(f->source_tets);
     n += (size_t)snprintf(text + n, bytes - n, " of %s", count.s);
     if (n < bytes && isfinite(f->error_px))
-        n += (size_t)snprintf(text + n, bytes - n, ", off by at most %.4g pixels", f->error_px);
+        n += (size_t)tli_print(text + n, bytes - n, ", off by at most %.4g pixels", f->error_px);
     for (size_t i = 0; i < f->error_count && n < bytes / 2; i++)
         if (tl_content_values(content, f->errors[i].channel) && isfinite(f->errors[i].error))
-            n += (size_t)snprintf(text + n, bytes - n, ", %s within %.4g",
-                                  tl_text_name(f->errors[i].channel).s, f->errors[i].error);
+            n += (size_t)tli_print(text + n, bytes - n, ", %s within %.4g",
+                                   tl_text_name(f->errors[i].channel).s, f->errors[i].error);
 }
 
 /* Onto the picture, or with it onto the page at path. */
