@@ -33,8 +33,9 @@ typedef struct tl_slice_opts {
     size_t value_count;           /* 1 to TL_SLICE_VALUES_MAX; default 0 */
     const double *gradients;      /* [vert_count][3] of the scalar, for normals; NULL (default): no
                                      normals. borrowed */
-    const size_t *channels;       /* [channel_count] channels of the mesh, on vertices, that are
-                                     carried along; default none. borrowed */
+    const size_t *channels;       /* [channel_count] channels of the mesh that are carried along;
+                                     default none. borrowed. One on tets gives each triangle
+                                     vertices of its own */
     size_t channel_count;         /* each costs its values on the vertices of the result */
     const tl_range_index *ranges; /* of the same mesh and scalar; NULL (default): none. borrowed */
 } tl_slice_opts;

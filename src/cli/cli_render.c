@@ -398,7 +398,8 @@ const cli_verb cli_verb_render = {
     .details = "IN is a model or any file that 'tetralod formats' lists. Without a word on what is "
                "drawn, a first look: of a room the volume of its first channel that is not "
                "constant, of a part its boundary with that channel. Of vectors the length is "
-               "shown, of channels on tets the mean at each vertex. Colour maps: viridis, "
+               "shown, of channels on tets the value of each, in volumes, isosurfaces of them, "
+               "points and lines the mean at each vertex. Colour maps: viridis, "
                "inferno, magma, plasma, cividis (perceptual ones), cool-to-warm, grey; any other "
                "as CHANNEL:TF.json. Colours: white, black, grey, red, orange, yellow, green, teal, "
                "blue, purple, brown, bone, steel, gold, #RRGGBB or R,G,B.",

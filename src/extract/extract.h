@@ -27,7 +27,8 @@ typedef struct tli_slice_end {
     uint32_t level; /* which of the values, by their size */
     double weight;  /* of the second end */
 } tli_slice_end;
-/* As tl_slice_mesh; gives also *ends [vert_count] of the result (tl_mem_free); NULL: not asked. */
+/* As tl_slice_mesh; gives also *ends [vert_count] of the result (tl_mem_free), which takes channels
+ * on vertices alone; NULL: not asked. */
 tl_status tli_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
                          const tl_slice_opts *opts, tl_polydata **triangles, tli_slice_end **ends);
 /* TL_ERR_ARG where values are too few, too many or not finite; and in rising order. */

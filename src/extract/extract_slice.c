@@ -47,6 +47,7 @@ typedef struct job {
     uint8_t *ranks;    /* [vert_count] */
     size_t *triangles; /* [piece_count + 1] counts, then starts */
     tli_cut_edges cut;
+    tl_lidx *tets;        /* [triangles] where each lies, or NULL: nothing of tets is carried */
     uint32_t *numbers;    /* of cut edges */
     table *tables;        /* [threads] */
     tli_cut_edge *unique; /* [vert_count] of the result */
@@ -193,7 +194,8 @@ static tl_status march_pieces(void *arg, size_t begin, size_t end, unsigned work
 {
     job *j = arg;
     size_t piece = begin / TLI_SLICE_TETS, count = 0, first = j->cut.starts[piece];
-    tl_lidx *corners = j->out->corners + 3 * j->triangles[piece];
+    size_t triangle = j->triangles[piece];
+    tl_lidx *corners = j->out->corners + 3 * triangle;
     table *seen = &j->tables[worker];
     j->cut.counts[piece] = 0;
     if (j->triangles[piece] == j->triangles[piece + 1]) return TL_OK;
@@ -210,6 +212,9 @@ static tl_status march_pieces(void *arg, size_t begin, size_t end, unsigned work
             if (seen->used > TABLE_FILL) renew(seen);
             march_tet(j, seen, q, ranks, level, first, &count, &corners);
         }
+        if (!j->tets) continue;
+        const size_t done = (size_t)(corners - j->out->corners) / 3;
+        for (; triangle < done; triangle++) j->tets[triangle] = (tl_lidx)t;
     }
     j->cut.counts[piece] = count;
     return TL_OK;
@@ -248,7 +253,7 @@ static void set_values(const job *j, size_t vert, const size_t ends[2], double w
 {
     for (size_t c = 0; c < j->opts->channel_count; c++) {
         const tl_channel *channel = &j->mesh->channels[j->opts->channels[c]];
-        size_t n = channel->components;
+        size_t n = channel->on == TL_ON_VERTEX ? channel->components : 0;
         for (size_t k = 0; k < n; k++)
             j->values[c][n * vert + k] =
                 tli_mix(channel->values[n * ends[0] + k], channel->values[n * ends[1] + k], w);
@@ -286,13 +291,75 @@ static tl_status make_verts(job *j)
     j->values = tl_mem_zalloc(j->ctx, j->opts->channel_count, sizeof *j->values, &st);
     for (size_t c = 0; !st && c < j->opts->channel_count; c++) {
         tl_channel own = j->mesh->channels[j->opts->channels[c]];
+        const size_t own_count = own.on == TL_ON_VERTEX ? count : 0;
+        own.on = TL_ON_VERTEX;
         own.values = j->values[c] =
-            tl_mem_alloc(j->ctx, count, own.components * sizeof(double), &st);
+            tl_mem_alloc(j->ctx, own_count, own.components * sizeof(double), &st);
         if (!st) st = tl_polydata_adopt_channel(j->ctx, j->out, &own);
         if (st) tl_mem_free(j->ctx, j->values[c]);
     }
     if (!st) st = tli_parallel(j->ctx, count, GRAIN, set_verts, j);
     tl_mem_free(j->ctx, j->values);
+    return st;
+}
+
+/* ---- values of tets ---- */
+
+/* An array [vert_count][components] as it is of each corner of triangles [count]. */
+static tl_status part_values(job *j, size_t bytes, const void *shared, void **parted)
+{
+    tl_status st = TL_OK;
+    const size_t count = 3 * j->out->cell_count;
+    char *made = tl_mem_alloc(j->ctx, count, bytes, &st);
+    for (size_t i = 0; !st && i < count; i++)
+        memcpy(made + i * bytes, (const char *)shared + j->out->corners[i] * bytes, bytes);
+    *parted = made;
+    return st;
+}
+
+static tl_status part_channel(job *j, const tl_channel *from, tl_channel *own)
+{
+    tl_status st = TL_OK;
+    const size_t n = from->components, bytes = n * sizeof(double), count = 3 * j->out->cell_count;
+    void *made = NULL;
+    if (from->on == TL_ON_VERTEX) {
+        st = part_values(j, bytes, own->values, &made);
+    } else {
+        double *values = made = tl_mem_alloc(j->ctx, count, bytes, &st);
+        for (size_t i = 0; !st && i < count; i++)
+            memcpy(values + n * i, from->values + n * j->tets[i / 3], bytes);
+    }
+    if (st) return st;
+    tli_free_const(j->ctx, own->values);
+    own->values = made;
+    return TL_OK;
+}
+
+/* Gives each triangle vertices of its own, with the values of its tet. */
+static tl_status part_triangles(job *j)
+{
+    void *made = NULL;
+    tl_polydata *out = j->out;
+    if (3 * out->cell_count >= TL_NONE)
+        return tl_fail(j->ctx, TL_ERR_UNSUPPORTED,
+                       "a slice of %zu triangles with values of tets is too large",
+                       out->cell_count);
+    tl_status st = part_values(j, 3 * sizeof *out->xyz, out->xyz, &made);
+    if (!st) {
+        tl_mem_free(j->ctx, out->xyz);
+        out->xyz = made;
+    }
+    if (!st && out->normals) {
+        st = part_values(j, 3 * sizeof *out->normals, out->normals, &made);
+        if (!st) {
+            tl_mem_free(j->ctx, out->normals);
+            out->normals = made;
+        }
+    }
+    for (size_t c = 0; !st && c < out->channel_count; c++)
+        st = part_channel(j, &j->mesh->channels[j->opts->channels[c]], &out->channels[c]);
+    out->vert_count = 3 * out->cell_count;
+    for (size_t i = 0; !st && i < out->vert_count; i++) out->corners[i] = (tl_lidx)i;
     return st;
 }
 
@@ -334,12 +401,23 @@ tl_status tli_carried_check(tl_ctx *ctx, const tl_mesh *mesh, const size_t *chan
 static tl_status take_opts(tl_ctx *ctx, const tl_mesh *mesh, const tl_slice_opts *o)
 {
     tl_status st = tli_slice_values_check(ctx, o->values, o->value_count);
-    if (!st) st = tli_carried_check(ctx, mesh, o->channels, o->channel_count);
     if (st) return st;
+    for (size_t c = 0; c < o->channel_count; c++)
+        if (o->channels[c] >= mesh->channel_count)
+            return tl_fail(ctx, TL_ERR_ARG, "channel %zu can't be carried: the mesh has %zu",
+                           o->channels[c], mesh->channel_count);
     if (o->ranges && o->ranges->tet_count != mesh->tet_count)
         return tl_fail(ctx, TL_ERR_ARG, "the range index is that of %zu tets, the mesh has %zu",
                        o->ranges->tet_count, mesh->tet_count);
     return TL_OK;
+}
+
+static bool carries_tets(const job *j)
+{
+    bool any = false;
+    for (size_t c = 0; c < j->opts->channel_count; c++)
+        any |= j->mesh->channels[j->opts->channels[c]].on == TL_ON_TET;
+    return any;
 }
 
 /* Triangles between cut edges, and all cut edges. */
@@ -362,6 +440,7 @@ static tl_status march(job *j)
     j->cut.edges = tl_mem_alloc(j->ctx, edges, sizeof *j->cut.edges, &st);
     j->numbers = tl_mem_alloc(j->ctx, edges, sizeof *j->numbers, &st);
     j->out->corners = tl_mem_alloc(j->ctx, j->out->cell_count, 3 * sizeof *j->out->corners, &st);
+    if (carries_tets(j)) j->tets = tl_mem_alloc(j->ctx, j->out->cell_count, sizeof *j->tets, &st);
     if (!st) st = tli_parallel(j->ctx, tets, TLI_SLICE_TETS, march_pieces, j);
     return st;
 }
@@ -400,6 +479,8 @@ tl_status tli_slice_mesh(tl_ctx *ctx, const tl_mesh *mesh, const double *scalar,
     if (!st && ends) j.ends = tl_mem_alloc(ctx, j.out->vert_count, sizeof *j.ends, &st);
     if (!st) st = tli_parallel(ctx, j.out->cell_count, GRAIN, number_corners, &j);
     if (!st) st = make_verts(&j);
+    if (!st && j.tets) st = part_triangles(&j);
+    tl_mem_free(ctx, j.tets);
     tl_mem_free(ctx, j.unique);
     tl_mem_free(ctx, j.tables);
     tl_mem_free(ctx, j.numbers);

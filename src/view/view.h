@@ -46,11 +46,12 @@ static inline tli_recipe tli_recipe_real(tli_recipe recipe, double number)
 
 /* ---- bodies ---- */
 
-/* A channel as a scalar on vertices: of vectors the length, of values on tets the mean at a vertex;
- * factor times it, or its logarithm to the base 10. */
+/* A channel as a scalar: of vectors the length; factor times it, or its logarithm to the base 10.
+ */
 typedef struct tli_scalar {
     tli_recipe recipe;
-    const double *values; /* [vert_count] */
+    tl_on on;
+    const double *values; /* [vert_count or tet_count] */
     double *own;          /* the same, unless they are those of the mesh */
     double *gradients;    /* [vert_count][3], NULL until they are asked for */
     double *spread; /* [spread_count] finite ones at the spots of the body, rising; likewise */
@@ -106,8 +107,12 @@ void tli_body_release(tli_body *body);
  * Borrowed from the body. */
 tl_status tli_body_channel(tl_ctx *ctx, tli_body *body, const char *name,
                            const tl_channel **channel);
+/* On vertices; of values on tets the mean there. */
 tl_status tli_body_scalar(tl_ctx *ctx, tli_body *body, const char *name, bool logarithmic,
                           double factor, tli_scalar **scalar);
+/* On what the channel is on. */
+tl_status tli_body_plain(tl_ctx *ctx, tli_body *body, const char *name, bool logarithmic,
+                         double factor, tli_scalar **scalar);
 tl_status tli_body_gradients(tl_ctx *ctx, tli_body *body, tli_scalar *scalar);
 tl_status tli_body_opposite(tl_ctx *ctx, tli_body *body, const tl_lidx **opposite);
 tl_status tli_body_volume(tl_ctx *ctx, tli_body *body, const tl_volume **volume);
@@ -470,7 +475,7 @@ const tli_shape *tli_maker_find(tli_maker *maker, tli_recipe recipe, tl_status *
 tl_status tli_maker_keep(tli_maker *maker, tli_recipe recipe, tl_polydata *first,
                          tl_polydata *second, const tli_shape **shape);
 tl_status tli_maker_add(tli_maker *maker, const tli_thing *thing);
-/* The scalar of a paint on the maker's body; linear: not its logarithm. */
+/* The scalar of a paint on the vertices of the maker's body; linear: not its logarithm. */
 tl_status tli_maker_scalar(tli_maker *maker, const tli_paint *paint, bool linear,
                            tli_scalar **scalar);
 /* Lines of one colour without light; the recipe is left to the caller. */

@@ -256,37 +256,40 @@ double tli_shown(bool logarithmic, double factor, double value)
     return value > 0 ? log10(value) : (double)NAN;
 }
 
+/* scalar->on: vertices, or what the channel is on. */
 static tl_status fill_scalar(tl_ctx *ctx, const tl_mesh *mesh, const tl_channel *channel,
                              bool logarithmic, double factor, tli_scalar *scalar)
 {
     tl_status st = TL_OK;
-    const size_t count = tl_mesh_vert_count(mesh);
-    const bool on_verts = channel->on == TL_ON_VERTEX;
-    if (channel->components == 1 && on_verts && !logarithmic && factor == 1) {
+    const bool as_is = channel->on == scalar->on;
+    const size_t count =
+        scalar->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);
+    if (channel->components == 1 && as_is && !logarithmic && factor == 1) {
         scalar->values = channel->values;
         return TL_OK;
     }
     double *own = scalar->own = tl_mem_alloc(ctx, count, sizeof *own, &st);
-    if (!st && !on_verts) st = mean_of_tets(ctx, mesh, channel, own);
-    for (size_t v = 0; !st && v < count; v++)
-        own[v] = tli_shown(logarithmic, factor, on_verts ? tli_length_at(channel, v) : own[v]);
+    if (!st && !as_is) st = mean_of_tets(ctx, mesh, channel, own);
+    for (size_t i = 0; !st && i < count; i++)
+        own[i] = tli_shown(logarithmic, factor, as_is ? tli_length_at(channel, i) : own[i]);
     scalar->values = own;
     return st;
 }
 
-tl_status tli_body_scalar(tl_ctx *ctx, tli_body *body, const char *name, bool logarithmic,
-                          double factor, tli_scalar **scalar)
+static tl_status get_scalar(tl_ctx *ctx, tli_body *body, const tl_channel *channel, tl_on on,
+                            bool logarithmic, double factor, tli_scalar **scalar)
 {
-    const tl_channel *channel;
-    const tli_recipe recipe =
-        tli_recipe_real(tli_recipe_count(tli_recipe_text(0, name), logarithmic), factor);
-    *scalar = NULL;
+    tl_status st = TL_OK;
+    tli_recipe recipe = tli_recipe_count(tli_recipe_text(0, channel->name), logarithmic);
+    recipe = tli_recipe_count(tli_recipe_real(recipe, factor), on);
     for (size_t i = 0; i < body->scalar_count; i++)
         if (body->scalars[i]->recipe == recipe) *scalar = body->scalars[i];
     if (*scalar) return TL_OK;
-    tl_status st = tli_body_channel(ctx, body, name, &channel);
     tli_scalar *made = tl_mem_zalloc(ctx, 1, sizeof *made, &st);
-    if (!st) st = fill_scalar(ctx, body->mesh, channel, logarithmic, factor, made);
+    if (st) return st;
+    made->recipe = recipe;
+    made->on = on;
+    st = fill_scalar(ctx, body->mesh, channel, logarithmic, factor, made);
     if (!st)
         body->scalars =
             tl_mem_resize(ctx, body->scalars, body->scalar_count + 1, sizeof *body->scalars, &st);
@@ -294,9 +297,26 @@ tl_status tli_body_scalar(tl_ctx *ctx, tli_body *body, const char *name, bool lo
         release_scalar(ctx, made);
         return st;
     }
-    made->recipe = recipe;
     *scalar = body->scalars[body->scalar_count++] = made;
     return TL_OK;
+}
+
+tl_status tli_body_scalar(tl_ctx *ctx, tli_body *body, const char *name, bool logarithmic,
+                          double factor, tli_scalar **scalar)
+{
+    const tl_channel *channel;
+    *scalar = NULL;
+    tl_status st = tli_body_channel(ctx, body, name, &channel);
+    return st ? st : get_scalar(ctx, body, channel, TL_ON_VERTEX, logarithmic, factor, scalar);
+}
+
+tl_status tli_body_plain(tl_ctx *ctx, tli_body *body, const char *name, bool logarithmic,
+                         double factor, tli_scalar **scalar)
+{
+    const tl_channel *channel;
+    *scalar = NULL;
+    tl_status st = tli_body_channel(ctx, body, name, &channel);
+    return st ? st : get_scalar(ctx, body, channel, channel->on, logarithmic, factor, scalar);
 }
 
 tl_status tli_body_gradients(tl_ctx *ctx, tli_body *body, tli_scalar *scalar)
@@ -320,7 +340,7 @@ void tli_body_dress(const tli_body *body, const tli_scalar *scalar, tli_dressed 
     dressed->channel = (tl_channel){.name = "shown",
                                     .unit = "",
                                     .components = 1,
-                                    .on = TL_ON_VERTEX,
+                                    .on = scalar ? scalar->on : TL_ON_VERTEX,
                                     .scalar = TL_F64,
                                     .values = scalar ? scalar->values : NULL};
     dressed->mesh.channels = &dressed->channel;

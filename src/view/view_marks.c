@@ -99,9 +99,8 @@ static tl_status make_surface(tli_maker *m, const double *of_tet, tl_polydata **
     const tl_lidx *opposite;
     tl_boundary_opts opts = tl_boundary_opts_defaults();
     tl_status st = tli_body_opposite(m->ctx, m->body, &opposite);
-    const tli_scalar marks = {.values = of_tet};
+    const tli_scalar marks = {.on = TL_ON_TET, .values = of_tet};
     tli_body_dress(m->body, &marks, &dressed);
-    dressed.channel.on = TL_ON_TET;
     opts.channels = &dressed.first;
     opts.channel_count = 1;
     opts.regions = false;

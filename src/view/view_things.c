@@ -118,11 +118,14 @@ tl_status tli_maker_scalar(tli_maker *maker, const tli_paint *paint, bool linear
                            paint->values.logarithmic && !linear, paint->factor, scalar);
 }
 
-/* The scalar that a paint's colours are of, ready to be carried along; paint may be NULL. */
+/* The scalar that a paint's colours are of, ready to be carried along: of values on tets these, not
+ * means that none of them may have. paint may be NULL. */
 static tl_status dress(tli_maker *m, const tli_paint *paint, tli_dressed *dressed)
 {
     tli_scalar *scalar = NULL;
-    tl_status st = paint ? tli_maker_scalar(m, paint, false, &scalar) : TL_OK;
+    tl_status st = paint ? tli_body_plain(m->ctx, m->body, paint->values.channel,
+                                          paint->values.logarithmic, paint->factor, &scalar)
+                         : TL_OK;
     if (!st) tli_body_dress(m->body, scalar, dressed);
     return st;
 }
