@@ -136,6 +136,35 @@ static void content_of_a_model(void **state)
     view_close(ctx, content, view, scene, source);
 }
 
+/* A cut that has moved, and whose mesh was not made since somebody cancelled, is no mesh that is
+ * there: a change is seen on one that the limits allow. */
+static void change_after_a_cancelled_build(void **state)
+{
+    static const char *const LINES[] = {"add volume channel=f", "set detail.tets 3000", NULL};
+    (void)state;
+    tl_view *view = NULL;
+    tl_ctx *ctx = check_ctx_create(2);
+    tl_source *source = view_model(ctx, MODEL_SIDE);
+    tl_scene *scene = view_scene(ctx, source, LINES);
+    CHECK_OK(ctx, tl_view_create(ctx, source, &view));
+    tl_content *content = view_build(ctx, view, scene), *quick = NULL;
+    const tl_camera camera = view_camera(scene);
+    tl_cut_state moved;
+    tl_view_request request = tl_view_request_defaults();
+    request.camera = &camera;
+    CHECK_OK(ctx, tl_scene_do(ctx, scene, "set detail.full on"));
+    CHECK_OK(ctx, tl_scene_do(ctx, scene, "set detail.tets 0"));
+    CHECK_OK(ctx, tl_view_cut(ctx, view, scene, &request, &moved));
+    tl_view_limits limits = tl_view_limits_defaults();
+    limits.any_cut = true;
+    limits.tets_max = 4000;
+    CHECK(moved.tets > limits.tets_max);
+    CHECK_OK(ctx, tl_view_build(ctx, view, scene, &camera, &limits, &quick));
+    CHECK_BOUND("tets", (double)tl_content_get_facts(quick)->tets, (double)limits.tets_max);
+    tl_content_destroy(ctx, quick);
+    view_close(ctx, content, view, scene, source);
+}
+
 /* What a cut promises from another camera is what it promises when it is made for it; on a cut that
  * stays a content says whether that is enough. */
 static void promises_for_other_cameras(void **state)
@@ -504,6 +533,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(content_of_a_mesh),
                                        cmocka_unit_test(values_that_are_none_have_their_colour),
                                        cmocka_unit_test(content_of_a_model),
+                                       cmocka_unit_test(change_after_a_cancelled_build),
                                        cmocka_unit_test(promises_for_other_cameras),
                                        cmocka_unit_test(focus_and_frozen_cuts),
                                        cmocka_unit_test(nothing_to_show),

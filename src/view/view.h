@@ -364,6 +364,7 @@ struct tl_view {
     size_t channel_count;
     tli_body *whole, *look; /* of the last agenda that began */
     tli_body *body;
+    bool is_ahead; /* the cut has moved, and its mesh was not made */
     /* of the last build, used by the view */
     tli_paint **paints;
     size_t paint_count;

@@ -167,7 +167,8 @@ static tl_status make_meshes(tl_ctx *ctx, tl_view *view, const tli_agenda *agend
     bool has_hull = false;
     tl_view_limits own = *limits;
     const tli_share share = agenda->by_patch ? TLI_CUTS : TLI_ALL;
-    own.any_cut = own.any_cut && (agenda->by_patch || view->body || !view->has_cut ||
+    const bool has_mesh = view->body && !view->is_ahead;
+    own.any_cut = own.any_cut && (agenda->by_patch || has_mesh || !view->has_cut ||
                                   view->state.tets <= limits->tets_max);
     tl_status st = move_cut(ctx, view, agenda, share, camera, &own);
     for (size_t i = 0; i < agenda->thing_count; i++)

@@ -246,6 +246,7 @@ tl_status tli_view_move(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     view->state = tl_cut_get_state(view->cut);
     const bool has_all = a.is_bounded && view->state.bounds_kept;
     if (!stays) view->is_draft = a.is_coarser || a.is_smaller;
+    view->is_ahead |= !stays;
     view->is_limited =
         stays ? !has_all && !is_frozen(scene) : a.is_coarser || (a.is_smaller && !has_all);
     /* the camera is the one that the cut was made for */
@@ -275,6 +276,7 @@ tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     }
     if (view->body && view->body->recipe == tli_derive_recipe(recipe, scene)) {
         tli_body_release(whole);
+        view->is_ahead = false;
         return TL_OK;
     }
     if (view->source->store)
@@ -288,6 +290,7 @@ tl_status tli_view_body(tl_ctx *ctx, tl_view *view, const tl_scene *scene, int64
     if (!st) {
         tli_body_release(view->body);
         view->body = derived;
+        view->is_ahead = false;
     }
     view->mesh_s = tli_clock_s() - start;
     return st;
