@@ -138,6 +138,53 @@ static void test_files_that_change(void **state)
     live_end(&g);
 }
 
+/* What another program puts in the place of an open file is another file: the open one is read on,
+ * the new one when it is opened. */
+static void test_file_that_is_replaced(void **state)
+{
+    (void)state;
+    copy_file(MODEL, "replaced.tlod");
+    live_model("small.tlod", 8);
+    live_fixture f = live_begin(NULL, "replaced.tlod");
+    tl_live_release(f.live, live_settle(f.live));
+    const uint64_t tets = tl_source_get_facts(tl_live_source(f.live))->tets;
+    CHECK_EQ(rename("small.tlod", "replaced.tlod"), 0);
+    live_do(f.live, f.ctx, f.scene, "set detail.full on");
+    const tl_frame *frame = live_settle(f.live);
+    CHECK(frame && frame->is_final);
+    CHECK_EQ(frame->facts->tets, tets);
+    tl_live_release(f.live, frame);
+    CHECK_STATUS(tl_live_open(f.live, "replaced.tlod", f.scene), TL_OK);
+    live_expect(f.live, TL_LIVE_OPENED);
+    frame = live_settle(f.live);
+    CHECK(frame && frame->is_final);
+    CHECK(frame->facts->tets < tets);
+    CHECK_EQ(frame->facts->tets, tl_source_get_facts(tl_live_source(f.live))->tets);
+    tl_live_release(f.live, frame);
+    live_end(&f);
+}
+
+/* Bytes that change under an open file, as those of a copy that is not complete. */
+static void test_bytes_that_change(void **state)
+{
+    (void)state;
+    enum { FIRST = 1 << 16 }; /* what stands before it is read when the file is opened */
+    copy_file(MODEL, "changed.tlod");
+    live_fixture f = live_begin(NULL, "changed.tlod");
+    tl_live_release(f.live, live_settle(f.live));
+    FILE *file = fopen("changed.tlod", "r+b");
+    struct stat info;
+    CHECK(file && !stat("changed.tlod", &info) && info.st_size > FIRST);
+    CHECK_EQ(fseek(file, FIRST, SEEK_SET), 0);
+    for (off_t i = FIRST; i < info.st_size; i++) fputc(0, file);
+    CHECK(!fclose(file));
+    live_do(f.live, f.ctx, f.scene, "set detail.full on");
+    const tl_live_event e = live_expect_failure(f.live, TL_LIVE_CONTENT, TL_ERR_FORMAT);
+    CHECK(strstr(e.text, "changed.tlod"));
+    check_goes_on(&f);
+    live_end(&f);
+}
+
 /* A scene that the file can't show is told of; the next one is shown. */
 static void test_scene_that_fails(void **state)
 {
@@ -223,6 +270,53 @@ static void test_little_memory(void **state)
     CHECK(frame->facts->tets == frame->facts->source_tets);
     tl_live_release(f.live, frame);
     live_end(&f);
+}
+
+/* Limits below what anything takes: the view says so and lives, and all of it is there once the
+ * limit is gone. Files that were too large to open are opened then. */
+static void test_no_memory(void **state)
+{
+    (void)state;
+    size_t opened = 0, failed = 0;
+    for (uint64_t ram = 1 << 12; ram < 8 << 20; ram *= 2) {
+        tl_live_opts opts = tl_live_opts_defaults();
+        opts.ram_bytes = ram;
+        live_fixture f = {.ctx = check_ctx_create(1), .live = live_create(&opts)};
+        CHECK_STATUS(tl_live_open(f.live, MODEL, NULL), TL_OK);
+        tl_live_event e = {0};
+        const double end = live_now() + LIVE_PATIENCE_S;
+        while (e.kind != TL_LIVE_OPENED && e.kind != TL_LIVE_FAILED && live_now() < end)
+            if (!tl_live_next_event(f.live, &e)) tl_live_wait(f.live, UINT64_MAX, 0.01);
+        if (e.kind == TL_LIVE_FAILED) {
+            CHECK_STATUS(e.status, TL_ERR_BUDGET);
+            CHECK(strstr(e.text, "memory is too low"));
+            failed++;
+            CHECK_OK(f.ctx, tl_scene_create(f.ctx, &f.scene));
+        } else {
+            CHECK_EQ(e.kind, TL_LIVE_OPENED);
+            CHECK_OK(f.ctx, tl_live_get_scene(f.live, f.ctx, &f.scene));
+            for (int i = 0; i < 5; i++) live_turn(f.live, f.ctx, f.scene, 7);
+            while (!tl_live_settled(f.live) && live_now() < end) {
+                while (tl_live_next_event(f.live, &e))
+                    if (e.kind == TL_LIVE_FAILED) CHECK(strstr(e.text, "memory is too low"));
+                tl_live_wait(f.live, UINT64_MAX, 0.1);
+            }
+            CHECK(tl_live_settled(f.live));
+            tl_live_release(f.live, tl_live_frame(f.live));
+            opened++;
+        }
+        printf("%llu bytes: %s\n", (unsigned long long)ram, e.text);
+        live_do(f.live, f.ctx, f.scene, "set detail.ram_bytes 1000000000");
+        if (e.kind == TL_LIVE_FAILED && !tl_live_source(f.live)) {
+            CHECK_STATUS(tl_live_open(f.live, MODEL, f.scene), TL_OK);
+            live_expect(f.live, TL_LIVE_OPENED);
+        }
+        const tl_frame *frame = live_settle(f.live);
+        CHECK(frame && frame->is_final && !frame->note[0]);
+        tl_live_release(f.live, frame);
+        live_end(&f);
+    }
+    CHECK(opened && failed);
 }
 
 /* ---- graphics cards ---- */
@@ -363,9 +457,12 @@ int main(void)
                                        cmocka_unit_test(test_former_files),
                                        cmocka_unit_test(test_scene_of_the_former_file),
                                        cmocka_unit_test(test_files_that_change),
+                                       cmocka_unit_test(test_file_that_is_replaced),
+                                       cmocka_unit_test(test_bytes_that_change),
                                        cmocka_unit_test(test_scene_that_fails),
                                        cmocka_unit_test(test_slow_disk),
                                        cmocka_unit_test(test_little_memory),
+                                       cmocka_unit_test(test_no_memory),
                                        cmocka_unit_test(test_no_card),
                                        cmocka_unit_test(test_probe),
                                        cmocka_unit_test(test_newest_question),

@@ -56,6 +56,17 @@ static bool shrink(tl_live *live, const tli_live_task *task)
     return true;
 }
 
+/* Why the builder failed. With the lock. */
+static void say_why(const tl_live *live, tl_status status, char *text, size_t bytes)
+{
+    const char *message = tl_ctx_message(live->builder.ctx);
+    if (status == TL_ERR_BUDGET)
+        tli_print(text, bytes, "the limit of %.3g MiB of memory is too low: %s",
+                  (double)live->ram_limit / (1 << 20), message);
+    else
+        snprintf(text, bytes, "%s", message);
+}
+
 /* ---- what can go ---- */
 
 /* Destroys, without the lock, what nobody holds. */
@@ -178,7 +189,7 @@ static void open_file(tl_live *live)
         st = first_scene(live, s, given ? given->scene : NULL, width, height, &scene, lacks,
                          sizeof lacks);
     tli_live_lock(live);
-    snprintf(text, sizeof text, "%s", tl_ctx_message(ctx));
+    say_why(live, st, text, sizeof text);
     if (!st) {
         st = tli_live_copy_scene(live, scene, &shown);
         if (st) snprintf(text, sizeof text, "%s", tl_ctx_message(live->ctx));
@@ -292,12 +303,14 @@ static void make_content(tl_live *live, const tli_live_task *task)
             tli_live_drop_content(live, made);
     } else if (st == TL_ERR_MEMORY || st == TL_ERR_BUDGET ? !shrink(live, task)
                                                           : st != TL_ERR_CANCELLED) {
+        char text[sizeof((tl_live_event *)0)->text];
         live->has_failed = true;
         live->failed_stamp = scene->stamp;
         live->failed_camera = task->camera;
         live->is_drawn = false; /* the frame's note says it */
         tli_bell_ring(&live->drawer.bell);
-        tli_live_failed(live, TL_LIVE_CONTENT, st, tl_ctx_message(ctx));
+        say_why(live, st, text, sizeof text);
+        tli_live_failed(live, TL_LIVE_CONTENT, st, text);
     }
     tli_live_drop_source(live, source);
     tli_live_drop_scene(live, scene);
