@@ -6,7 +6,7 @@ import time
 import unittest
 
 from render_test import pixels
-from viewer_case import HandsTest
+from viewer_case import HandsTest, make
 from viewer_display import Display
 
 
@@ -260,6 +260,16 @@ class Detail(HandsTest):
         self.assertNotEqual(found[fine]["tets"], found[coarse]["tets"])
         for name in ("error", "tets", "patches", "frame", "memory", "read"):
             self.assertTrue(found[fine][name], name)
+
+    def test_figures_of_a_mesh_that_lost_a_peak(self):
+        """The surface of a value that is nowhere has no place, in pixels: the values themselves are promised."""
+        grid, model = self.at("hills.vtu"), self.at("hills.tlod")
+        make("sample", "gaussians", "-o", grid, "--size", "24")
+        make("build", grid, "-o", model)
+        said, _ = self.play(["set detail.error_px 0", "set detail.tets 2000", "wait settled", "figures"], model, "--size", self.SIZE)
+        found = self.figures(said)
+        self.assertRegex(found["error"], r"^value ± 0\.\d+$")
+        self.assertEqual(found["error"], found["channels"])
 
     def test_messages_leave_the_picture_its_size(self):
         said = self.start(["wait settled", "print-tools", "key copy-probe", "wait 1", "print-tools", "quit"], self.model, "--size", self.SIZE).end()[1]

@@ -12,7 +12,8 @@ enum { REFRESH_MS = 150 };
 
 static const char *const TIPS[VIEWER_FIGURE_COUNT] = {
     [VIEWER_FIGURE_STATE] = "Whether the picture is all that was asked for",
-    [VIEWER_FIGURE_ERROR] = "By how many pixels what is seen may be off, at most",
+    [VIEWER_FIGURE_ERROR] = "By how many pixels what is seen may be off, at most; where a peak was "
+                            "lost, by how much the values",
     [VIEWER_FIGURE_TETS] = "Tets that are drawn, of those of the data set",
     [VIEWER_FIGURE_PATCHES] = "Pieces of the model that are drawn",
     [VIEWER_FIGURE_FRAME] = "What the picture took to draw",
@@ -61,18 +62,36 @@ static void put(struct viewer_figures *f, viewer_figure figure, char *text)
     f->texts[figure] = text;
 }
 
-/* In pixels of this frame; where a value that is visible was lost, so that its surface has no
- * place, the bound of the first channel shown. */
-static char *error_text(const tl_frame *frame)
+/* The bound of the channel shown that may be off by the largest part of its range; NULL: there is
+ * none. */
+static const tl_content_error *worst_error(const tl_frame *frame)
 {
     const tl_content_facts *facts = frame->facts;
+    const tl_content_error *worst = NULL;
+    double most = 0;
+    for (size_t i = 0; i < facts->error_count; i++) {
+        const tl_content_error *e = &facts->errors[i];
+        const tl_values *shown = tl_content_values(frame->content, e->channel);
+        if (!shown || !isfinite(e->error)) continue;
+        const double part = e->error / (shown->range[1] - shown->range[0]);
+        if (worst && !(part > most)) continue;
+        worst = e;
+        most = part;
+    }
+    return worst;
+}
+
+/* In pixels of this frame; where a value that is visible was lost, as the peaks of a volume in a
+ * coarse mesh, so that its surface has no place, in the unit of the channel. */
+static char *error_text(const tl_frame *frame)
+{
     const double px = frame->error_px;
-    if (!facts->is_model) return g_strdup("exact");
+    if (!frame->facts->is_model) return g_strdup("exact");
     if (px == 0) return g_strdup("error 0 px");
     if (isfinite(px)) return g_strdup_printf("error ≤ %.*f px", px < 10 ? 2 : px < 100 ? 1 : 0, px);
-    if (facts->error_count && isfinite(facts->errors[0].error))
-        return g_strdup_printf("%s ≤ %.2g", facts->errors[0].channel, facts->errors[0].error);
-    return g_strdup("error not bounded");
+    const tl_content_error *worst = worst_error(frame);
+    if (!worst) return g_strdup("error not bounded");
+    return g_strdup_printf("%s ± %.2g", tl_text_name(worst->channel).s, worst->error);
 }
 
 static char *tets_text(const tl_content_facts *facts)
