@@ -8,6 +8,7 @@
 #include "view/view.h"
 
 #include "check_view.h"
+#include "make_series.h"
 
 /* The cube as a mesh and as a model of more tets than a look has. */
 enum { SIDE = 40, MODEL_SIDE = 32 };
@@ -344,6 +345,95 @@ static void colours_stay(void **state)
     }
 }
 
+/* ---- series ---- */
+
+/* More steps than a survey looks at. */
+enum { STEPS = 11, STEP_SIDE = 9 };
+
+static tl_source *series_source(tl_ctx *ctx)
+{
+    unsigned numbers[STEPS];
+    tl_step steps[STEPS] = {0};
+    static char paths[STEPS][200];
+    tl_build_result result;
+    tl_source *source = NULL;
+    const tl_build_opts opts = check_model_opts(2000, 200);
+    const char *path = check_model_path("series");
+    for (unsigned i = 0; i < STEPS; i++) numbers[i] = i;
+    series_write("view_colors", STEP_SIDE, numbers, STEPS);
+    for (unsigned i = 0; i < STEPS; i++) {
+        snprintf(paths[i], sizeof paths[i], "%s", series_path("view_colors", i));
+        steps[i] = (tl_step){.path = paths[i], .number = i};
+    }
+    CHECK_OK(ctx, tl_model_build_series(ctx, steps, STEPS, NULL, path, &opts, &result));
+    tl_build_release(ctx, &result);
+    for (unsigned i = 0; i < STEPS; i++) CHECK_EQ(remove(paths[i]), 0);
+    CHECK_OK(ctx, tl_source_open(ctx, path, &source));
+    CHECK_EQ(remove(path), 0);
+    return source;
+}
+
+static tl_content *build_step(tl_ctx *ctx, tl_view *view, tl_scene *scene, unsigned step)
+{
+    CHECK_OK(ctx, tl_scene_set_real(ctx, scene, TL_NODE_DATA + 1, "step", step));
+    return view_build(ctx, view, scene);
+}
+
+/* Scalar bars, axes and box without what is drawn. */
+static tl_image *words_of(tl_ctx *ctx, const tl_content *content, const tl_scene *scene)
+{
+    tl_image *image = NULL;
+    tl_camera camera = view_camera(scene);
+    camera.size_px[0] = 400;
+    camera.size_px[1] = 300;
+    CHECK_OK(ctx, tl_image_create(ctx, 400, 300, &image));
+    CHECK_OK(ctx, tl_content_annotate(ctx, content, scene, &camera, image));
+    return image;
+}
+
+/* A series has one scale, whichever step is shown and came first, and a histogram one range. */
+static void series_have_one_scale(void **state)
+{
+    static const char *const LINES[] = {"set picture.note off",
+                                        "add derive text=h=T*T",
+                                        "add transfer channel=T range_by=data",
+                                        "add transfer channel=T+1 logarithmic=on",
+                                        "add transfer channel=h",
+                                        "add volume channel=h",
+                                        "add slice plane=x color_by=T",
+                                        "add slice plane=y color_by=T+1",
+                                        NULL};
+    static const char *const CHANNELS[] = {"T", "h", "T+1"};
+    (void)state;
+    tl_ctx *ctx = check_ctx_create(2);
+    tl_source *source = series_source(ctx);
+    const double *range = tl_source_get_facts(source)->channels[0].range;
+    tl_scene *scene = view_scene(ctx, source, LINES);
+    tl_view *view = NULL, *other = NULL;
+    CHECK_OK(ctx, tl_view_create(ctx, source, &view));
+    CHECK_OK(ctx, tl_view_create(ctx, source, &other));
+    tl_content *first = build_step(ctx, view, scene, 0);
+    tl_image *words = words_of(ctx, first, scene);
+    for (int i = 0; i < 2; i++) CHECK(tl_content_values(first, "T")->range[i] == range[i]);
+    for (unsigned step = STEPS - 1; step; step--) {
+        double bins[8], ends[2];
+        tl_content *content = build_step(ctx, step % 2 ? view : other, scene, step);
+        for (size_t c = 0; c < sizeof CHANNELS / sizeof *CHANNELS; c++)
+            if (!is_same(tl_content_values(first, CHANNELS[c]),
+                         tl_content_values(content, CHANNELS[c])))
+                fail_msg("'%s' has other colours at step %u", CHANNELS[c], step);
+        tl_image *own = words_of(ctx, content, scene);
+        CHECK(picture_same(words, own));
+        CHECK_OK(ctx, tl_source_histogram(ctx, source, scene, "T", false, bins, 8, ends));
+        CHECK(ends[0] == range[0] && ends[1] == range[1]);
+        tl_image_destroy(ctx, own);
+        tl_content_destroy(ctx, content);
+    }
+    tl_image_destroy(ctx, words);
+    tl_view_destroy(other);
+    view_close(ctx, first, view, scene, source);
+}
+
 /* The picture of a scene seen along y, x to the right. */
 static tl_image *picture(tl_ctx *ctx, tl_source *source, const char *const *lines,
                          const char *const *more)
@@ -441,6 +531,6 @@ int main(void)
         cmocka_unit_test(spots_by_volume),       cmocka_unit_test(extremes_of_the_original),
         cmocka_unit_test(ranges_about_a_value),  cmocka_unit_test(one_value),
         cmocka_unit_test(colours_stay),          cmocka_unit_test(pixels_beside_a_cut),
-        cmocka_unit_test(histograms_of_all)};
+        cmocka_unit_test(histograms_of_all),     cmocka_unit_test(series_have_one_scale)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -90,9 +90,9 @@ TL_API tl_store *tl_source_store(const tl_source *source);
  * least and largest finite value, on a logarithmic scale (bins of equal ratios) positive ones. Of
  * all of the data at the scene's step, whatever it clips and chooses; channel as things name it,
  * also one that the scene derives, or an expression. Of a model the values of a coarse mesh, which
- * is made by the first call, over the range of the original. Of several components the norm, of a
- * channel on tets the mean at each vertex, as they are drawn. TL_ERR_ARG for a channel (the message
- * lists those there are) or step that is none. */
+ * is made by the first call, over the range of the original, of a series that of all its steps. Of
+ * several components the norm, of a channel on tets the mean at each vertex, as they are drawn.
+ * TL_ERR_ARG for a channel (the message lists those there are) or step that is none. */
 TL_API tl_status tl_source_histogram(tl_ctx *ctx, tl_source *source, const tl_scene *scene,
                                      const char *channel, bool logarithmic, double *bins,
                                      size_t bin_count, double range[2]);

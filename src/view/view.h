@@ -128,9 +128,9 @@ void tli_body_dress(const tli_body *body, const tli_scalar *scalar, tli_dressed 
 double tli_shown(bool logarithmic, double factor, double value);
 /* Length of element i; its own value where there is one component. */
 double tli_length_at(const tl_channel *channel, size_t i);
-/* Least and largest finite one of these, of a logarithmic scale above 0; both 1 (logarithmic) or 0
- * if there are none. */
-void tli_extremes(const tl_mesh *mesh, const tl_channel *channel, bool logarithmic,
+/* Least and largest finite one of these, of a logarithmic scale above 0; both 1 (logarithmic) or 0,
+ * and false, if there are none. */
+bool tli_extremes(const tl_mesh *mesh, const tl_channel *channel, bool logarithmic,
                   double range[2]);
 double tli_volume_at(const tl_mesh *mesh, size_t tet);
 /* Says which channels there are. TL_ERR_ARG. */
@@ -151,6 +151,7 @@ void tli_book_release(tli_book *book);
 
 typedef struct tli_look {
     int64_t step;
+    bool is_glance; /* a coarser one, for surveys */
     tli_body *body; /* of the context that asked for it first; NULL: not made */
     bool is_making; /* a thread is at it */
 } tli_look;
@@ -164,8 +165,9 @@ struct tl_source {
     tli_body *body;  /* of a mesh */
     tli_lock lock;   /* of looks */
     tli_bell made;   /* a look was, or failed; of a series a step was read */
-    tli_look *looks; /* [look_count]; room for all steps and none, of a mesh for one; of a series
-                        the steps that are kept, the one that was asked for last at the end */
+    tli_look
+        *looks; /* [look_count]; room for two of all steps and none, of a mesh for one; of a
+                   series the steps that are kept, the one that was asked for last at the end */
     size_t look_count;
     tl_series series;  /* of files; empty: a model, or a mesh of memory */
     bool is_reading;   /* a step of it */
@@ -190,13 +192,11 @@ tl_status tli_scene_step(tl_ctx *ctx, const tl_source *source, const tl_scene *s
 bool tli_in_step(const tl_store_channel *channel, int64_t step);
 /* The channel of a model on vertices; TL_NONE. */
 uint32_t tli_source_channel(const tl_source *source, int64_t step, const char *name);
-/* Least and largest finite value of a channel of a look, on a logarithmic scale above 0: those of
- * the original where the model says them. */
-void tli_source_extremes(const tl_source *source, int64_t step, const tli_body *look,
-                         const tl_channel *channel, bool logarithmic, double range[2]);
 /* A coarse mesh of a model at a step, with all channels, or the mesh of a source, with spots, which
  * are shared with other views. Gives *body, used: one of the caller's own, that borrows them. */
 tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body);
+/* The same of a model with an eighth of the tets and spots. */
+tl_status tli_source_glance(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body);
 /* Patches of a cut, rising. Gives *numbers [*count] (tl_mem_free). */
 tl_status tli_cut_list(tl_ctx *ctx, const tl_cut *cut, uint32_t **numbers, size_t *count);
 /* The mesh of a cut as it is drawn. channels [channel_count] of the model. */
@@ -244,8 +244,8 @@ typedef struct tli_paint {
 tli_recipe tli_paint_recipe(const tli_body *whole, const tl_scene *scene, const char *channel);
 /* From the values of a source's whole look at a step. Gives *paint, used once. TL_ERR_ARG:
  * tli_body_channel, and a transfer node that makes no sense. */
-tl_status tli_paint_create(tl_ctx *ctx, const tl_source *source, const tl_scene *scene,
-                           int64_t step, tli_body *whole, const char *channel, tli_paint **paint);
+tl_status tli_paint_create(tl_ctx *ctx, tl_source *source, const tl_scene *scene, int64_t step,
+                           tli_body *whole, const char *channel, tli_paint **paint);
 tli_paint *tli_paint_use(tli_paint *paint);
 void tli_paint_release(tli_paint *paint);
 /* What values between these extremes are scaled by. */
@@ -254,12 +254,42 @@ double tli_factor(bool logarithmic, const double range[2]);
 double tli_paint_shown(const tli_paint *paint, double value);
 double tli_paint_value(const tli_paint *paint, double shown);
 
+/* ---- what colours of a channel follow from: view_survey.c ---- */
+
+enum { TLI_SURVEY_STEPS = 8 };
+typedef struct tli_survey {
+    tl_ctx *ctx;
+    const tl_source *source;
+    int64_t step;
+    bool is_series;                     /* of a channel that changes with time: of some steps */
+    tli_body *bodies[TLI_SURVEY_STEPS]; /* [count] used, with the channel; at least one */
+    size_t count;
+    tli_scalar joined; /* its spread alone */
+} tli_survey;
+/* Of a channel or expression: of the whole look at the step, or, where a model has it at several
+ * ones, of glances at steps that stand evenly among these. */
+tl_status tli_survey_begin(tl_ctx *ctx, tl_source *source, const tl_scene *scene, int64_t step,
+                           tli_body *whole, const char *name, tli_survey *survey);
+void tli_survey_end(tli_survey *survey);
+/* Least and largest finite value, on a logarithmic scale above 0: those of the original, of a
+ * series at any step, where the model says them. */
+tl_status tli_survey_extremes(tl_ctx *ctx, const tli_survey *survey, const char *name,
+                              bool logarithmic, double range[2]);
+/* A scalar with the spread of all. *scalar lives as long as the survey. */
+tl_status tli_survey_spread(tl_ctx *ctx, tli_survey *survey, const char *name, bool logarithmic,
+                            double factor, const tli_scalar **scalar);
+
 /* ---- how values are spread over the volume: view_spread.c ---- */
 
+/* Spots of a look: a part of it of 0.002 has 131. */
+enum { TLI_SPOTS = 1 << 16 };
 /* Places the spots of a look; nothing if they are there. */
-tl_status tli_body_spots(tl_ctx *ctx, tli_body *body);
+tl_status tli_body_spots(tl_ctx *ctx, tli_body *body, size_t count);
 /* Takes the values of a scalar of the body at its spots; nothing if they are taken. */
 tl_status tli_body_spread(tl_ctx *ctx, const tli_body *body, tli_scalar *scalar);
+/* The values of all scalars [scalar_count] that have a spread as the spread of one. */
+tl_status tli_spread_join(tl_ctx *ctx, tli_scalar *const *scalars, size_t scalar_count,
+                          tli_scalar *joined);
 /* The value that a part (0 to 1) of the volume is below; of a scalar with a spread, not empty. */
 double tli_rank_value(const tli_scalar *scalar, double part);
 /* Fills bins [bin_count] of the range with parts of the volume in it; returns the number of spots

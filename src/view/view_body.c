@@ -201,7 +201,7 @@ double tli_length_at(const tl_channel *channel, size_t i)
     return scale * sqrt(sum);
 }
 
-void tli_extremes(const tl_mesh *mesh, const tl_channel *channel, bool logarithmic, double range[2])
+bool tli_extremes(const tl_mesh *mesh, const tl_channel *channel, bool logarithmic, double range[2])
 {
     const size_t count =
         channel->on == TL_ON_VERTEX ? tl_mesh_vert_count(mesh) : tl_mesh_tet_count(mesh);
@@ -213,7 +213,9 @@ void tli_extremes(const tl_mesh *mesh, const tl_channel *channel, bool logarithm
         range[0] = fmin(range[0], value);
         range[1] = fmax(range[1], value);
     }
-    if (!(range[0] <= range[1])) range[0] = range[1] = logarithmic ? 1 : 0;
+    const bool any = range[0] <= range[1];
+    if (!any) range[0] = range[1] = logarithmic ? 1 : 0;
+    return any;
 }
 
 double tli_volume_at(const tl_mesh *mesh, size_t tet)

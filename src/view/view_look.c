@@ -131,14 +131,19 @@ tl_status tl_source_histogram(tl_ctx *ctx, tl_source *source, const tl_scene *sc
     double time;
     tli_body *look = NULL, *whole = NULL;
     tli_scalar *scalar;
+    tli_survey survey;
     const tl_channel *found;
     if (!bin_count) return tl_fail(ctx, TL_ERR_ARG, "a histogram of no bins");
     tl_status st = tli_scene_step(ctx, source, scene, &step, &time);
     if (!st) st = tli_source_look(ctx, source, step, &look);
     if (!st) st = tli_derive_channels(ctx, scene, look, &whole);
     if (!st) st = tli_body_channel(ctx, whole, channel, &found);
+    if (!st) st = tli_survey_begin(ctx, source, scene, step, whole, channel, &survey);
     if (!st) {
-        tli_source_extremes(source, step, whole, found, logarithmic, range);
+        st = tli_survey_extremes(ctx, &survey, channel, logarithmic, range);
+        tli_survey_end(&survey);
+    }
+    if (!st) {
         const double factor = tli_factor(logarithmic, range);
         const double shown[2] = {tli_shown(logarithmic, factor, range[0]),
                                  tli_shown(logarithmic, factor, range[1])};

@@ -252,35 +252,48 @@ static tl_status set_names(tl_ctx *ctx, const char *name, const tl_channel *chan
 
 /* What a paint is made for. */
 typedef struct subject {
-    const tl_source *source;
+    tl_source *source;
+    const tl_scene *scene;
     int64_t step;
     tli_body *whole; /* look */
     const char *name;
 } subject;
 
-static tl_status fill(tl_ctx *ctx, const wishes *w, const subject *of, tli_paint *paint)
+/* All that follows from values. */
+static tl_status set_scale(tl_ctx *ctx, const wishes *w, const char *name, tli_survey *survey,
+                           tli_paint *paint)
 {
-    const tl_channel *channel;
-    tli_scalar *scalar;
+    const tli_scalar *scalar;
     double extremes[2];
     tl_values *v = &paint->values;
-    tl_status st = tli_body_channel(ctx, of->whole, of->name, &channel);
-    if (!st) st = set_names(ctx, of->name, channel, paint);
-    if (st) return st;
     v->logarithmic = w->logarithmic;
-    tli_source_extremes(of->source, of->step, of->whole, channel, v->logarithmic, extremes);
+    tl_status st = tli_survey_extremes(ctx, survey, name, v->logarithmic, extremes);
+    if (st) return st;
     v->least = extremes[0];
     v->most = extremes[1];
     paint->factor = tli_factor(v->logarithmic, extremes);
-    st = tli_body_scalar(ctx, of->whole, of->name, v->logarithmic, paint->factor, &scalar);
-    if (!st) st = tli_body_spread(ctx, of->whole, scalar);
+    st = tli_survey_spread(ctx, survey, name, v->logarithmic, paint->factor, &scalar);
     if (!st && v->logarithmic && !scalar->spread_count)
         tl_log(ctx, TL_LOG_WARNING, "no value of '%s' is above 0: a logarithmic scale shows none",
-               of->name);
+               name);
     if (!st) st = set_range(ctx, w, scalar, paint);
     if (!st) st = set_colors(ctx, w, paint);
     if (!st) st = set_opacities(ctx, w, scalar, paint);
-    if (!st) st = set_values(ctx, paint);
+    return st ? st : set_values(ctx, paint);
+}
+
+static tl_status fill(tl_ctx *ctx, const wishes *w, const subject *of, tli_paint *paint)
+{
+    tli_survey survey;
+    const tl_channel *channel;
+    tl_values *v = &paint->values;
+    tl_status st = tli_body_channel(ctx, of->whole, of->name, &channel);
+    if (!st) st = set_names(ctx, of->name, channel, paint);
+    if (!st)
+        st = tli_survey_begin(ctx, of->source, of->scene, of->step, of->whole, of->name, &survey);
+    if (st) return st;
+    st = set_scale(ctx, w, of->name, &survey, paint);
+    tli_survey_end(&survey);
     const double diagonal = fmax(of->source->facts.diagonal, 1e-300);
     const double unit = w->unit_distance > 0 ? w->unit_distance : UNIT_DISTANCE * diagonal;
     if (!st)
@@ -302,12 +315,12 @@ tli_recipe tli_paint_recipe(const tli_body *whole, const tl_scene *scene, const 
                             node ? tl_scene_node_version(scene, node) : 0);
 }
 
-tl_status tli_paint_create(tl_ctx *ctx, const tl_source *source, const tl_scene *scene,
-                           int64_t step, tli_body *whole, const char *channel, tli_paint **paint)
+tl_status tli_paint_create(tl_ctx *ctx, tl_source *source, const tl_scene *scene, int64_t step,
+                           tli_body *whole, const char *channel, tli_paint **paint)
 {
     tl_status st = TL_OK;
     const wishes w = wishes_of(ctx, scene, channel);
-    const subject of = {source, step, whole, channel};
+    const subject of = {source, scene, step, whole, channel};
     tli_paint *made = tl_mem_zalloc(ctx, 1, sizeof *made, &st);
     *paint = NULL;
     if (st) return st;

@@ -6,7 +6,7 @@
 #include "cut/cut_mesh.h"
 #include "view/view.h"
 
-/* Tets of a look. */
+/* Tets of a look; of all glances together that a survey of a series has. */
 static const uint64_t LOOK_TETS = 100000;
 
 /* ---- facts ---- */
@@ -166,7 +166,7 @@ tl_status tl_source_open(tl_ctx *ctx, const char *path, tl_source **source)
     }
     if (!st)
         (*source)->looks =
-            tl_mem_zalloc(ctx, (*source)->facts.step_count + 1, sizeof *(*source)->looks, &st);
+            tl_mem_zalloc(ctx, 2 * (*source)->facts.step_count + 1, sizeof *(*source)->looks, &st);
     return st ? fail(source, st) : TL_OK;
 }
 
@@ -289,21 +289,6 @@ uint32_t tli_source_channel(const tl_source *source, int64_t step, const char *n
     return TL_NONE;
 }
 
-void tli_source_extremes(const tl_source *source, int64_t step, const tli_body *look,
-                         const tl_channel *channel, bool logarithmic, double range[2])
-{
-    const tl_store_head *head = source->store ? tl_store_get_head(source->store) : NULL;
-    for (uint32_t c = 0; head && c < head->channel_count; c++) {
-        const tl_store_channel *own = &head->channels[c];
-        if (own->on != channel->on || !tli_in_step(own, step) ||
-            strcmp(own->name, channel->name) != 0 || (logarithmic && !(own->range[0] > 0)))
-            continue;
-        memcpy(range, own->range, 2 * sizeof *range);
-        return;
-    }
-    tli_extremes(look->mesh, channel, logarithmic, range);
-}
-
 /* ---- meshes ---- */
 
 static int by_number(const void *a, const void *b)
@@ -398,7 +383,8 @@ tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, const tl_cut *cu
 }
 
 /* The mesh of a coarse cut. */
-static tl_status make_coarse(tl_ctx *ctx, const tl_source *source, int64_t step, tli_body **body)
+static tl_status make_coarse(tl_ctx *ctx, const tl_source *source, int64_t step, bool is_glance,
+                             tli_body **body)
 {
     tl_status st = TL_OK;
     tl_cut *cut = NULL;
@@ -406,24 +392,25 @@ static tl_status make_coarse(tl_ctx *ctx, const tl_source *source, int64_t step,
     size_t *channels = tl_mem_alloc(ctx, head->channel_count, sizeof *channels, &st);
     size_t count = 0;
     tl_cut_query query = tl_cut_query_defaults();
-    query.tets_max = LOOK_TETS;
+    query.tets_max = is_glance ? LOOK_TETS / TLI_SURVEY_STEPS : LOOK_TETS;
     for (uint32_t c = 0; !st && c < head->channel_count; c++)
         if (tli_in_step(&head->channels[c], step)) channels[count++] = c;
     if (!st) st = tl_cut_create(ctx, source->store, &cut);
     if (!st) st = tl_cut_update(cut, &query);
     if (!st)
         st = tli_source_mesh(ctx, source, cut, channels, count, head->time,
-                             tli_recipe_count(2, (uint64_t)step), body);
+                             tli_recipe_count(is_glance ? 5 : 2, (uint64_t)step), body);
     tl_cut_destroy(cut);
     tl_mem_free(ctx, channels);
     return st;
 }
 
-static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, tli_body **body)
+static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, bool is_glance,
+                           tli_body **body)
 {
-    tl_status st = source->store ? make_coarse(ctx, source, step, body)
+    tl_status st = source->store ? make_coarse(ctx, source, step, is_glance, body)
                                  : tli_body_borrow(ctx, source->body, source->body->recipe, body);
-    if (!st) st = tli_body_spots(ctx, *body);
+    if (!st) st = tli_body_spots(ctx, *body, is_glance ? TLI_SPOTS / TLI_SURVEY_STEPS : TLI_SPOTS);
     if (st) {
         tli_body_release(*body);
         *body = NULL;
@@ -432,28 +419,30 @@ static tl_status make_look(tl_ctx *ctx, const tl_source *source, int64_t step, t
 }
 
 /* The look of a step, which has a place whether it was made or not; under the lock. */
-static tli_look *look_of(tl_source *source, int64_t step)
+static tli_look *look_of(tl_source *source, int64_t step, bool is_glance)
 {
     for (size_t i = 0; i < source->look_count; i++)
-        if (source->looks[i].step == step) return &source->looks[i];
-    TL_ASSERT(source->look_count < source->facts.step_count + 1);
-    source->looks[source->look_count] = (tli_look){.step = step};
+        if (source->looks[i].step == step && source->looks[i].is_glance == is_glance)
+            return &source->looks[i];
+    TL_ASSERT(source->look_count < 2 * source->facts.step_count + 1);
+    source->looks[source->look_count] = (tli_look){.step = step, .is_glance = is_glance};
     return &source->looks[source->look_count++];
 }
 
 /* Made by the first who asks, outside of the lock, since that reads the file, reports progress and
  * can be cancelled; others wait for it, and one of them makes it where it failed. */
-static tl_status shared_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
+static tl_status shared_look(tl_ctx *ctx, tl_source *source, int64_t step, bool is_glance,
+                             tli_body **body)
 {
     tl_status st = TL_OK;
     tli_lock_take(&source->lock);
-    tli_look *look = look_of(source, step);
+    tli_look *look = look_of(source, step, is_glance);
     while (look->is_making) tli_bell_wait(&source->made, &source->lock);
     if (!look->body) {
         look->is_making = true;
         tli_lock_give(&source->lock);
         tli_body *made = NULL;
-        st = make_look(ctx, source, step, &made);
+        st = make_look(ctx, source, step, is_glance, &made);
         tli_lock_take(&source->lock);
         look->body = made;
         look->is_making = false;
@@ -468,10 +457,20 @@ tl_status tli_source_look(tl_ctx *ctx, tl_source *source, int64_t step, tli_body
 {
     tli_body *shared = NULL;
     tl_status st = source->store || source->body
-                       ? shared_look(ctx, source, source->body ? -1 : step, &shared)
+                       ? shared_look(ctx, source, source->body ? -1 : step, false, &shared)
                        : tli_steps_find(ctx, source, step, &shared);
     *body = NULL;
     /* views on other threads have it, too: what each computes of it is its own */
+    if (!st) st = tli_body_borrow(ctx, shared, shared->recipe, body);
+    tli_body_release(shared);
+    return st;
+}
+
+tl_status tli_source_glance(tl_ctx *ctx, tl_source *source, int64_t step, tli_body **body)
+{
+    tli_body *shared = NULL;
+    tl_status st = shared_look(ctx, source, step, true, &shared);
+    *body = NULL;
     if (!st) st = tli_body_borrow(ctx, shared, shared->recipe, body);
     tli_body_release(shared);
     return st;

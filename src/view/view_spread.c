@@ -8,8 +8,8 @@
 #include "base/base_sort.h"
 #include "view/view.h"
 
-/* Spots of a mesh: a part of it of 0.002 has 131. Tets that a thread walks through at a time. */
-enum { SPOTS = 1 << 16, GRAIN = 1 << 14, BINS = TLI_LOOK_POINTS };
+/* Tets that a thread walks through at a time. */
+enum { GRAIN = 1 << 14, BINS = TLI_LOOK_POINTS };
 /* Opacity of the rarest values of a first look; bins of it that the most frequent ones lie in. */
 static const double LOOK_OPACITY = 0.6, MODE_BINS = 1.5;
 
@@ -20,7 +20,8 @@ typedef struct walk {
     const tl_mesh *mesh;
     double *starts; /* [runs + 1] */
     double step;    /* volume from spot to spot */
-    tl_lidx *spots;
+    tl_lidx *spots; /* [count] */
+    size_t count;
 } walk;
 
 static tl_status sum_run(void *arg, size_t begin, size_t end, unsigned worker)
@@ -37,7 +38,7 @@ static tl_status sum_run(void *arg, size_t begin, size_t end, unsigned worker)
 static size_t spot_at(const walk *w, double volume)
 {
     const double at = ceil(volume / w->step - 0.5);
-    return at <= 0 ? 0 : at >= SPOTS ? SPOTS : (size_t)at;
+    return at <= 0 ? 0 : at >= (double)w->count ? w->count : (size_t)at;
 }
 
 static tl_status place_run(void *arg, size_t begin, size_t end, unsigned worker)
@@ -60,17 +61,17 @@ static tl_status place_run(void *arg, size_t begin, size_t end, unsigned worker)
     return TL_OK;
 }
 
-tl_status tli_body_spots(tl_ctx *ctx, tli_body *body)
+tl_status tli_body_spots(tl_ctx *ctx, tli_body *body, size_t count)
 {
     tl_status st = TL_OK;
     const size_t tets = tl_mesh_tet_count(body->mesh), runs = (tets + GRAIN - 1) / GRAIN;
-    walk w = {.mesh = body->mesh};
+    walk w = {.mesh = body->mesh, .count = count};
     if (body->spots) return TL_OK;
     w.starts = tl_mem_zalloc(ctx, runs + 1, sizeof *w.starts, &st);
-    w.spots = tl_mem_alloc(body->ctx, SPOTS, sizeof *w.spots, &st);
+    w.spots = tl_mem_alloc(body->ctx, count, sizeof *w.spots, &st);
     if (!st) st = tli_parallel(ctx, tets, GRAIN, sum_run, &w);
     for (size_t i = 0; !st && i < runs; i++) w.starts[i + 1] += w.starts[i];
-    w.step = st ? 0 : w.starts[runs] / SPOTS;
+    w.step = st ? 0 : w.starts[runs] / (double)count;
     const bool any = w.step > 0 && isfinite(w.step);
     if (!st && any) st = tli_parallel(ctx, tets, GRAIN, place_run, &w);
     tl_mem_free(ctx, w.starts);
@@ -79,7 +80,7 @@ tl_status tli_body_spots(tl_ctx *ctx, tli_body *body)
         return st;
     }
     body->spots = w.spots;
-    body->spot_count = any ? SPOTS : 0;
+    body->spot_count = any ? count : 0;
     return TL_OK;
 }
 
@@ -134,19 +135,14 @@ static double value_of(uint64_t bits)
     return value;
 }
 
-tl_status tli_body_spread(tl_ctx *ctx, const tli_body *body, tli_scalar *scalar)
+/* Gives values [count], which stand as their bits, in rising order to a scalar; bits are freed on
+ * failure. */
+static tl_status keep_spread(tl_ctx *ctx, tl_ctx *owner, uint64_t *bits, size_t count,
+                             tli_scalar *scalar)
 {
-    tl_status st = TL_OK;
-    size_t count = 0;
-    if (scalar->spread) return TL_OK;
-    uint64_t *bits = tl_mem_alloc(body->ctx, body->spot_count, sizeof *bits, &st);
-    for (size_t i = 0; !st && i < body->spot_count; i++) {
-        const double value = value_at_spot(body, scalar->values, i);
-        if (isfinite(value)) bits[count++] = bits_of(value);
-    }
-    if (!st) st = tli_sort_u64(ctx, bits, NULL, count);
+    tl_status st = tli_sort_u64(ctx, bits, NULL, count);
     if (st) {
-        tl_mem_free(body->ctx, bits);
+        tl_mem_free(owner, bits);
         return st;
     }
     _Static_assert(sizeof(double) == sizeof *bits, "they take the place of their bits");
@@ -155,6 +151,34 @@ tl_status tli_body_spread(tl_ctx *ctx, const tli_body *body, tli_scalar *scalar)
     scalar->spread = spread;
     scalar->spread_count = count;
     return TL_OK;
+}
+
+tl_status tli_body_spread(tl_ctx *ctx, const tli_body *body, tli_scalar *scalar)
+{
+    tl_status st = TL_OK;
+    size_t count = 0;
+    if (scalar->spread) return TL_OK;
+    uint64_t *bits = tl_mem_alloc(body->ctx, body->spot_count, sizeof *bits, &st);
+    if (st) return st;
+    for (size_t i = 0; i < body->spot_count; i++) {
+        const double value = value_at_spot(body, scalar->values, i);
+        if (isfinite(value)) bits[count++] = bits_of(value);
+    }
+    return keep_spread(ctx, body->ctx, bits, count, scalar);
+}
+
+tl_status tli_spread_join(tl_ctx *ctx, tli_scalar *const *scalars, size_t scalar_count,
+                          tli_scalar *joined)
+{
+    tl_status st = TL_OK;
+    size_t count = 0, at = 0;
+    for (size_t s = 0; s < scalar_count; s++) count += scalars[s]->spread_count;
+    uint64_t *bits = tl_mem_alloc(ctx, count, sizeof *bits, &st);
+    if (st) return st;
+    for (size_t s = 0; s < scalar_count; s++)
+        for (size_t i = 0; i < scalars[s]->spread_count; i++)
+            bits[at++] = bits_of(scalars[s]->spread[i]);
+    return keep_spread(ctx, ctx, bits, count, joined);
 }
 
 /* ---- ranks, opacities ---- */

@@ -104,7 +104,7 @@ static tl_status read_step(tl_ctx *ctx, tl_source *source, size_t place, tli_bod
         tl_mesh_destroy(mesh);
         return st;
     }
-    st = tli_body_spots(ctx, *body);
+    st = tli_body_spots(ctx, *body, TLI_SPOTS);
     source->step_bytes = bytes_of(*body);
     if (st) {
         tli_body_release(*body);
