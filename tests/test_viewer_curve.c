@@ -183,6 +183,23 @@ static void points_are_hit(void **state)
     free(curve);
 }
 
+/* As many points as a scene keeps: a change of one of them loses none. */
+static void lists_of_scenes_fit(void **state)
+{
+    (void)state;
+    static double rows[2 * TL_SCENE_ROWS_MAX];
+    viewer_curve *curve = hat();
+    for (size_t i = 0; i < TL_SCENE_ROWS_MAX; i++) rows[2 * i] = (double)i;
+    viewer_curve_set(curve, 2, rows, TL_SCENE_ROWS_MAX);
+    CHECK_EQ(curve->count, TL_SCENE_ROWS_MAX);
+    viewer_curve_move(curve, 1, 1.5);
+    CHECK(viewer_curve_row(curve, TL_SCENE_ROWS_MAX - 1)[0] == TL_SCENE_ROWS_MAX - 1);
+    CHECK(viewer_curve_add(curve, false, 2.5) == VIEWER_CURVE_NONE);
+    CHECK(viewer_curve_remove(curve, 1));
+    CHECK_EQ(viewer_curve_add(curve, false, 2.5), 2);
+    free(curve);
+}
+
 static void ranges_are_stretched(void **state)
 {
     (void)state;
@@ -238,6 +255,7 @@ int main(void)
         cmocka_unit_test(no_room_is_said),
         cmocka_unit_test(neighbours_are_not_passed),
         cmocka_unit_test(points_are_hit),
+        cmocka_unit_test(lists_of_scenes_fit),
         cmocka_unit_test(ranges_are_stretched),
         cmocka_unit_test(fewer_points_stay_close),
     };

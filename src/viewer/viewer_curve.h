@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "tetralod/scene.h"
+
 /* Values along the pixels of an editor. */
 typedef struct viewer_axis {
     double range[2];  /* low < high, of what is seen; above 0 if logarithmic */
@@ -27,7 +29,8 @@ void viewer_axis_zoom(viewer_axis *axis, const double all[2], double factor, dou
 /* Moves what is seen: the value at px comes to px + by_px, as far as the ends stay within all. */
 void viewer_axis_pan(viewer_axis *axis, const double all[2], double by_px);
 
-enum { VIEWER_CURVE_POINTS_MAX = 1024, VIEWER_CURVE_WIDTH_MAX = 4 };
+/* All that a list of a scene has. */
+enum { VIEWER_CURVE_POINTS_MAX = TL_SCENE_ROWS_MAX, VIEWER_CURVE_WIDTH_MAX = 4 };
 /* No point. */
 #define VIEWER_CURVE_NONE ((size_t)-1)
 
