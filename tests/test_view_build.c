@@ -528,9 +528,35 @@ static void hidden_and_on_a_page(void **state)
     view_close(ctx, content, view, scene, source);
 }
 
+/* What a body gave stays where it is while it makes more. */
+static void formulas_of_a_body_stay(void **state)
+{
+    (void)state;
+    enum { COUNT = 200 };
+    const tl_channel *given[COUNT], *again = NULL;
+    char text[32];
+    tli_body *body = NULL;
+    tl_ctx *ctx = check_ctx_create(1);
+    CHECK_OK(ctx, tli_body_create(ctx, view_mesh(ctx, 3), 0, &body));
+    for (int i = 0; i < COUNT; i++) {
+        snprintf(text, sizeof text, "f + %d", i);
+        CHECK_OK(ctx, tli_body_channel(ctx, body, text, &given[i]));
+    }
+    for (int i = 0; i < COUNT; i++) {
+        snprintf(text, sizeof text, "f + %d", i);
+        CHECK_OK(ctx, tli_body_channel(ctx, body, text, &again));
+        CHECK(again == given[i]);
+        CHECK(given[i]->values[0] == tl_mesh_channel(body->mesh, 0)->values[0] + i);
+    }
+    CHECK_STATUS(tli_body_channel(ctx, body, "nothing + 1", &again), TL_ERR_ARG);
+    tli_body_release(body);
+    check_ctx_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(content_of_a_mesh),
+                                       cmocka_unit_test(formulas_of_a_body_stay),
                                        cmocka_unit_test(values_that_are_none_have_their_colour),
                                        cmocka_unit_test(content_of_a_model),
                                        cmocka_unit_test(change_after_a_cancelled_build),

@@ -82,7 +82,8 @@ typedef struct tli_body {
     tli_lock locating;
     tl_locator *locator; /* of its own mesh; NULL until a content is asked, on any thread */
     /* made when they are asked for, by the builder alone */
-    tl_channel *formulas; /* [formula_count] channels of expressions; name, unit and values owned */
+    tl_channel *
+        *formulas; /* [formula_count] channels of expressions; name, unit and values owned */
     size_t formula_count;
     tli_scalar **scalars; /* [scalar_count] */
     size_t scalar_count;
@@ -104,7 +105,7 @@ tli_body *tli_body_use(tli_body *body);
 /* The last one frees it. NULL is allowed. */
 void tli_body_release(tli_body *body);
 /* The channel of that name or the values of an expression; TL_ERR_ARG lists the channels there are.
- * Borrowed from the body. */
+ * Borrowed from the body, as long as it is used. */
 tl_status tli_body_channel(tl_ctx *ctx, tli_body *body, const char *name,
                            const tl_channel **channel);
 /* On vertices; of values on tets the mean there. */

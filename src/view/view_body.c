@@ -119,7 +119,10 @@ void tli_body_release(tli_body *body)
     tl_mem_free(ctx, body->opposite);
     for (size_t i = 0; i < body->scalar_count; i++) release_scalar(ctx, body->scalars[i]);
     tl_mem_free(ctx, body->scalars);
-    for (size_t i = 0; i < body->formula_count; i++) release_channel(ctx, &body->formulas[i]);
+    for (size_t i = 0; i < body->formula_count; i++) {
+        release_channel(ctx, body->formulas[i]);
+        tl_mem_free(ctx, body->formulas[i]);
+    }
     tl_mem_free(ctx, body->formulas);
     tl_mem_free(ctx, body->run_errors);
     tl_mem_free(ctx, body->runs);
@@ -171,22 +174,19 @@ tl_status tli_body_channel(tl_ctx *ctx, tli_body *body, const char *name,
                            const tl_channel **channel)
 {
     tl_status st = TL_OK;
-    tl_channel made;
     *channel = tl_mesh_channel_by_name(body->mesh, name);
     for (size_t i = 0; !*channel && i < body->formula_count; i++)
-        if (strcmp(body->formulas[i].name, name) == 0) *channel = &body->formulas[i];
+        if (strcmp(body->formulas[i]->name, name) == 0) *channel = body->formulas[i];
     if (*channel) return TL_OK;
-    st = evaluate(ctx, body, name, &made);
-    if (st == TL_ERR_ARG) return tli_unknown_channel(ctx, body->mesh, name);
-    if (st) return st;
+    tl_channel *made = tl_mem_zalloc(ctx, 1, sizeof *made, &st);
     body->formulas =
         tl_mem_resize(ctx, body->formulas, body->formula_count + 1, sizeof *body->formulas, &st);
+    if (!st) st = evaluate(ctx, body, name, made);
     if (st) {
-        release_channel(ctx, &made);
-        return st;
+        tl_mem_free(ctx, made);
+        return st == TL_ERR_ARG ? tli_unknown_channel(ctx, body->mesh, name) : st;
     }
-    body->formulas[body->formula_count] = made;
-    *channel = &body->formulas[body->formula_count++];
+    *channel = body->formulas[body->formula_count++] = made;
     return TL_OK;
 }
 
