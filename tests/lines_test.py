@@ -133,6 +133,9 @@ class Lines(unittest.TestCase):
         with open(self.path("bad.csv"), "w", encoding="ascii") as f:
             f.write("x,y,z\n1,2,3\n1,2\n")
         self.check_fails(1, "line 3", "--seeds", self.path("bad.csv"))
+        with open(self.path("wide.csv"), "w", encoding="ascii") as f:
+            f.write("1,2,3\n1,2,3" + " " * 1018 + "4,5,6\n")  # not two lines
+        self.check_fails(1, "line 2 is no text of less than 1024 bytes", "--seeds", self.path("wide.csv"))
 
 
 if __name__ == "__main__":
