@@ -6,7 +6,7 @@ import time
 import unittest
 
 from render_test import pixels
-from viewer_case import HandsTest, make
+from viewer_case import HandsTest, commas, make, numbers
 from viewer_display import Display
 
 
@@ -58,6 +58,31 @@ class Values(HandsTest):
         opacity, before = self.act((events, ["surface1.opacity", "undo", "surface1.opacity"]))
         self.assertTrue(0.1 < float(opacity) < 0.9, opacity)
         self.assertEqual(float(before), 1)
+
+
+class Commas(HandsTest):
+    """Numbers as they are written where they have commas, and as the program shows them."""
+    LINES = ["set volume1.visible off", "add slice", "add surface channel=pressure value=0.02", "select surface1"]
+    CONTROLS = ["value-entry"]
+
+    def test_both_are_understood(self):
+        variables = commas(self.folder)
+        if not variables:
+            self.skipTest("localedef makes no locale with commas")
+        comma, point, both = self.act((lambda: self.type("value-entry", "0,0125"), ["surface1.value"]),
+                                      (lambda: self.type("value-entry", "0.025"), ["surface1.value"]),
+                                      (lambda: self.type("value-entry", "1.000,5"), ["surface1.value"]), env=variables)
+        self.assertEqual([comma, point, both], ["0.0125", "0.025", "0.025"])
+
+    def test_places_are_understood(self):
+        variables = commas(self.folder)
+        if not variables:
+            self.skipTest("localedef makes no locale with commas")
+        self.LINES, self.CONTROLS = [*self.LINES, "select slice1"], ["plane"]
+        words, several = self.act((lambda: self.type("plane", "x=0,5"), ["slice1.plane"]),
+                                  (lambda: self.type("plane", "0,5 0 0 0 0 1"), ["slice1.plane"]), env=variables)
+        self.assertEqual(numbers(words)[[0, 3, 4, 5]].tolist(), [0.5, 1, 0, 0])
+        self.assertEqual(numbers(several).tolist(), [0.5, 0, 0, 0, 0, 1])
 
 
 class Colours(HandsTest):

@@ -57,6 +57,19 @@ class Saves(HandsTest):
             self.act((lambda: save(self.at("hand.jpg")), []))
         self.assertFalse(os.path.exists(self.at("hand.jpg")))
 
+    def test_the_window_waits_for_a_name(self):
+        """Nothing else is done while a file is asked for: what is asked is of the picture that was seen."""
+        path = self.at("waiting.png")
+
+        def save():
+            self.ask("ctrl+p", "Save picture", ["300"])
+            self.front("Save picture as")
+            self.drag(self.part(0.95, 0.9), self.part(0.8, 0.9))
+            self.choose("Save picture as", path)
+        before, after = self.act((lambda: None, ["camera.position"]), (save, ["camera.position"]))
+        self.assertEqual(before, after)
+        self.assertEqual(pixels(path).shape[1], 300)
+
     def sequence(self, folder, fields, events=lambda: None):
         def save():
             self.ask("ctrl+shift+p", "Save frames", fields)

@@ -1,14 +1,13 @@
 """Commands of scripts: pictures and frames at a path with blanks, of a size, around; words that are none end the script
 with what was expected; numbers where the user's have commas."""
 
-import locale
 import os
 import shutil
 import subprocess
 import unittest
 
 from render_test import pixels
-from viewer_case import ViewerTest, difference
+from viewer_case import ViewerTest, commas, difference
 from viewer_display import PATIENCE, PROGRAM, environment
 
 
@@ -71,16 +70,12 @@ class Commas(ViewerTest):
     """Where the user's numbers have commas, those of files, scripts and panels have points."""
 
     def test_numbers_have_points(self):
-        language = "de_DE.UTF-8"
-        try:
-            locale.setlocale(locale.LC_NUMERIC, language)
-        except locale.Error:
-            self.skipTest("there is no locale with commas: de_DE.UTF-8")
-        finally:
-            locale.setlocale(locale.LC_NUMERIC, "C")
+        variables = commas(self.folder)
+        if not variables:
+            self.skipTest("localedef makes no locale with commas")
         said, _ = self.play(["wait settled", "add surface channel=pressure value=0.125", "get surface1.value", "wait settled",
                              "save-scene " + self.at("commas.json"), "print stats", "probe 300 200", "wait settled", "print-tools"],
-                            self.model, env={"LC_ALL": language})
+                            self.model, env=variables)
         self.assertIn("get surface1.value 0.125", said)
         self.assertEqual(self.property_of("commas.json", "surface1", "value"), 0.125)
         numbers = [line for line in said if line.startswith(("first picture", "position", "memory"))]

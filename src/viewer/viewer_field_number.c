@@ -131,7 +131,7 @@ static char *without_prefix(const char *text)
 static bool commit_number(void *user)
 {
     viewer_field *field = user;
-    char *text = g_strstrip(g_strdup(viewer_entry_text(field->main)));
+    char *text = viewer_entry_numbers(field->main);
     char *plain = field->info->type == TL_PROP_COUNT ? without_prefix(text) : g_strdup(text);
     tl_scene_seal(field->v->scene);
     const double word = word_value(field);

@@ -36,9 +36,11 @@ static void fill_place(viewer_field *field)
 static bool commit_place(void *user)
 {
     viewer_field *field = user;
-    const char *text = viewer_entry_text(field->main);
+    char *text = viewer_entry_numbers(field->main);
     tl_scene_seal(field->v->scene);
-    return viewer_field_set_text(field, *text ? text : "auto");
+    const bool taken = viewer_field_set_text(field, *text ? text : "auto");
+    g_free(text);
+    return taken;
 }
 
 void viewer_field_add_place(viewer_field *field, GtkWidget *row)

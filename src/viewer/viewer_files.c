@@ -194,6 +194,7 @@ GtkFileChooserNative *viewer_dialog(viewer *v, const char *title, const char *ac
 {
     GtkFileChooserNative *dialog =
         gtk_file_chooser_native_new(title, v->window, action, accept, "_Cancel");
+    gtk_native_dialog_set_modal(GTK_NATIVE_DIALOG(dialog), TRUE);
     if (name) gtk_file_chooser_set_current_name(GTK_FILE_CHOOSER(dialog), name);
     char *own = folder || !v->path ? NULL : g_path_get_dirname(v->path);
     if (folder || own) {

@@ -237,7 +237,7 @@ static void add_hands(viewer_levels *l)
 static bool commit_level(viewer_levels *l, int i)
 {
     viewer *v = l->v;
-    char *text = g_strstrip(g_strdup(viewer_entry_text(l->entries[i])));
+    char *text = viewer_entry_numbers(l->entries[i]);
     tl_scene_seal(v->scene);
     const tl_status st =
         tl_scene_set_text(v->ctx, v->scene, l->node, prop_of(l, i), *text ? text : "auto");

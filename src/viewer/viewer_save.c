@@ -300,21 +300,28 @@ static void on_path(GtkNativeDialog *dialog, int response, viewer *v)
         g_clear_pointer(&s->asked, free_job);
 }
 
+/* What is written there, also while the keys are. */
+static double number_in(GtkWidget *spin)
+{
+    gtk_spin_button_update(GTK_SPIN_BUTTON(spin));
+    return gtk_spin_button_get_value(GTK_SPIN_BUTTON(spin));
+}
+
 static void on_accept(GtkButton *button, viewer *v)
 {
     (void)button;
     struct viewer_save *s = v->save;
-    if (!viewer_save_idle(v)) return;
-    free_job(g_steal_pointer(&s->asked));
-    s->asked = make_job(v, (uint32_t)gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->width)),
-                        (uint32_t)gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->height)));
+    if (!viewer_save_idle(v) || s->asked) return; /* a place for it is asked for */
+    number_in(s->width);                          /* one moves the other */
+    const double height = number_in(s->height), width = number_in(s->width);
+    s->asked = make_job(v, (uint32_t)width, (uint32_t)height);
     if (s->asked) {
         if (gtk_check_button_get_active(GTK_CHECK_BUTTON(s->transparent)))
             viewer_ok(v, tl_scene_set_text(s->ctx, s->asked->scene, TL_NODE_PICTURE + 1,
                                            "background", "none"));
         if (s->is_sequence) {
-            s->asked->frame_count = (uint32_t)gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->frames));
-            s->asked->degrees = gtk_spin_button_get_value(GTK_SPIN_BUTTON(s->degrees));
+            s->asked->frame_count = (uint32_t)number_in(s->frames);
+            s->asked->degrees = number_in(s->degrees);
         }
         GtkFileChooserNative *dialog = viewer_dialog(
             v, s->is_sequence ? "Save frames as" : "Save picture as", "_Save",
@@ -386,7 +393,7 @@ static GtkWidget *make_grid(viewer *v)
 static void ask(viewer *v, bool is_sequence)
 {
     struct viewer_save *s = v->save;
-    if (!v->source) return;
+    if (!v->source || s->asked) return;
     s->is_sequence = is_sequence;
     s->dialog = viewer_dialog_window(v, is_sequence ? "Save frames" : "Save picture");
     GtkWidget *grid = make_grid(v);

@@ -1,6 +1,8 @@
 /* Rows, entries and lists of the panels. */
 #include "viewer_widgets.h"
 
+#include <langinfo.h>
+#include <locale.h>
 #include <math.h>
 #include <string.h>
 
@@ -225,10 +227,35 @@ void viewer_entry_show_number(GtkWidget *entry, double value)
     viewer_entry_show(entry, text);
 }
 
+/* LC_NUMERIC of the program is "C": this asks what it would be. */
+static bool user_has_commas(void)
+{
+    const locale_t own = newlocale(LC_NUMERIC_MASK, "", (locale_t)0);
+    const bool commas = own && strcmp(nl_langinfo_l(RADIXCHAR, own), ",") == 0;
+    if (own) freelocale(own);
+    return commas;
+}
+
+char *viewer_entry_numbers(GtkWidget *entry)
+{
+    char *text = g_strstrip(g_strdup(viewer_entry_text(entry)));
+    if (!user_has_commas()) return text;
+    for (char *word = text; *word;) {
+        const size_t length = strcspn(word, " \t");
+        char *comma = memchr(word, ',', length);
+        const size_t left = comma ? (size_t)(word + length - comma) - 1 : 0;
+        if (left && g_ascii_isdigit(comma[1]) && !memchr(comma + 1, ',', left) &&
+            !memchr(word, '.', length))
+            *comma = '.';
+        word += length;
+        word += strspn(word, " \t");
+    }
+    return text;
+}
+
 bool viewer_entry_number(GtkWidget *entry, double *value)
 {
-    char *text = g_strdup(viewer_entry_text(entry)), *end;
-    g_strstrip(text);
+    char *text = viewer_entry_numbers(entry), *end;
     *value = g_ascii_strtod(text, &end);
     const bool is_number = *text && !*end && isfinite(*value);
     g_free(text);

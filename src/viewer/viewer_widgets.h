@@ -28,6 +28,10 @@ GtkWidget *viewer_entry_create(int width_chars, viewer_commit commit, void *user
 void viewer_entry_show(GtkWidget *entry, const char *text);
 void viewer_entry_show_number(GtkWidget *entry, double value);
 const char *viewer_entry_text(GtkWidget *entry);
+/* The same without blanks around it, with points in its numbers where the user's language has
+ * commas there ("0,5"): of each word with one comma alone, as more of them stand between numbers.
+ * Gives it. */
+char *viewer_entry_numbers(GtkWidget *entry);
 /* The number that is written there; false: it is none. */
 bool viewer_entry_number(GtkWidget *entry, double *value);
 
