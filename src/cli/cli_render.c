@@ -83,13 +83,14 @@ static const cli_option COLORS[] = {
     {CLI_COLOR_BY, 0, "color-by", CLI_TYPE_INPUT, "CHANNEL[:TF.json]", NULL, 0, 0,
      "the channel that surfaces, planes and the boundary show"},
     {CLI_COLORMAP, 0, "colormap", CLI_TYPE_TEXT, "NAME", "viridis", 0, 0,
-     "viridis, inferno, magma, plasma, cividis, cool-to-warm or grey"},
+     "viridis, inferno, magma, plasma, cividis, cool-to-warm, grey, blue-to-brown or phase"},
     {CLI_RANGE, 0, "range", CLI_TYPE_TEXT, "LOW,HIGH", NULL, 0, 0,
      "values at the ends of the colour map, or parts of the volume that lie below, as 2%,98%; "
      "without it where most values are"},
     {CLI_CENTER, 0, "center", CLI_TYPE_TEXT, "V", NULL, 0, 0,
      "the value in the middle of the colour map, whose ends are as far from it, or none; without "
-     "it 0 of cool-to-warm where values lie on both sides, unless --range is given"},
+     "it 0 of cool-to-warm and blue-to-brown where values lie on both sides, unless --range is "
+     "given"},
     {CLI_LOG, 0, "log", CLI_TYPE_FLAG, NULL, NULL, 0, 0,
      "colours by the logarithm; values that are not above 0 are not seen"},
     {CLI_WRITE_TRANSFER, 0, "write-transfer", CLI_TYPE_OUTPUT, "FILE.json", NULL, 0, 0,
@@ -400,7 +401,8 @@ const cli_verb cli_verb_render = {
                "constant, of a part its boundary with that channel. Of vectors the length is "
                "shown, of channels on tets the value of each, in volumes, isosurfaces of them, "
                "points and lines the mean at each vertex. Colour maps: viridis, "
-               "inferno, magma, plasma, cividis (perceptual ones), cool-to-warm, grey; any other "
+               "inferno, magma, plasma, cividis (perceptual ones), cool-to-warm, blue-to-brown "
+               "(diverging), grey, phase (cyclic); any other "
                "as CHANNEL:TF.json. Colours: white, black, grey, red, orange, yellow, green, teal, "
                "blue, purple, brown, bone, steel, gold, #RRGGBB or R,G,B.",
     .groups = {&PICTURE_GROUP, &CAMERA_GROUP, &THINGS_GROUP, &COLORS_GROUP, &cli_group_detail,

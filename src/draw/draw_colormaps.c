@@ -1,6 +1,8 @@
 /* Colour maps as control points over 0 to 1: five or nine samples of the perceptual maps of
  * matplotlib (van der Walt & Smith; cividis of Nunez et al. 2018), the ends and middle of the
- * diverging map of Moreland 2009. */
+ * diverging map of Moreland 2009. Two are computed in CIELAB (D65): blue-to-brown, with lightness
+ * 96 - 72 s at the distance s (0 to 1) from its middle, chroma 38 and 44 times sin(0.8 pi s)^0.9
+ * and hues 262 and 52 degrees; phase, with lightness 66, chroma 37 and a hue that goes around. */
 #include <string.h>
 
 #include "draw/draw.h"
@@ -30,6 +32,18 @@ static const tl_color_point CIVIDIS[] = {{0, {0.000, 0.125, 0.302}},
                                          {1, {1.000, 0.918, 0.275}}};
 static const tl_color_point COOL_TO_WARM[] = {
     {0, {0.230, 0.299, 0.754}}, {0.5, {0.865, 0.865, 0.865}}, {1, {0.706, 0.016, 0.150}}};
+static const tl_color_point BLUE_TO_BROWN[] = {
+    {0, {0.037, 0.237, 0.360}},     {0.125, {0.000, 0.411, 0.620}}, {0.25, {0.310, 0.590, 0.813}},
+    {0.375, {0.625, 0.771, 0.924}}, {0.5, {0.955, 0.955, 0.955}},   {0.625, {0.928, 0.709, 0.604}},
+    {0.75, {0.793, 0.493, 0.343}},  {0.875, {0.588, 0.316, 0.177}}, {1, {0.343, 0.181, 0.099}}};
+static const tl_color_point PHASE[] = {
+    {0, {0.883, 0.531, 0.546}},         {1.0 / 12, {0.844, 0.561, 0.435}},
+    {2.0 / 12, {0.753, 0.606, 0.372}},  {0.25, {0.626, 0.648, 0.380}},
+    {4.0 / 12, {0.477, 0.679, 0.457}},  {5.0 / 12, {0.304, 0.696, 0.579}},
+    {0.5, {0.074, 0.698, 0.713}},       {7.0 / 12, {0.086, 0.685, 0.825}},
+    {8.0 / 12, {0.358, 0.655, 0.883}},  {0.75, {0.580, 0.611, 0.873}},
+    {10.0 / 12, {0.750, 0.564, 0.798}}, {11.0 / 12, {0.853, 0.531, 0.678}},
+    {1, {0.883, 0.531, 0.546}}};
 static const tl_color_point GREYS[] = {{0, {0.05, 0.05, 0.05}}, {1, {0.95, 0.95, 0.95}}};
 
 static const struct {
@@ -45,6 +59,8 @@ static const struct {
     {"cividis", CIVIDIS, sizeof CIVIDIS / sizeof *CIVIDIS, false},
     {"cool-to-warm", COOL_TO_WARM, sizeof COOL_TO_WARM / sizeof *COOL_TO_WARM, true},
     {"grey", GREYS, sizeof GREYS / sizeof *GREYS, false},
+    {"blue-to-brown", BLUE_TO_BROWN, sizeof BLUE_TO_BROWN / sizeof *BLUE_TO_BROWN, true},
+    {"phase", PHASE, sizeof PHASE / sizeof *PHASE, false},
 };
 
 const char *tl_colormap_name(size_t index)

@@ -50,8 +50,8 @@
 #define COLOR_BY CHANNEL("color_by", "the channel that colours it; empty: its own colour")
 
 static const char *const RENDERERS[] = {"auto", "gl", "cpu", NULL};
-static const char *const MAPS[] = {"viridis", "inferno",      "magma", "plasma",
-                                   "cividis", "cool-to-warm", "grey",  NULL};
+static const char *const MAPS[] = {"viridis",      "inferno", "magma",         "plasma", "cividis",
+                                   "cool-to-warm", "grey",    "blue-to-brown", "phase",  NULL};
 static const char *const RANGES[] = {"most", "data", "percent", "values", NULL};
 static const char *const SYMMETRY[] = {"auto", "on", "off", NULL};
 static const char *const MARKS[] = {"none", "patches", "levels", NULL};
