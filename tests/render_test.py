@@ -346,6 +346,22 @@ class Render(unittest.TestCase):
         self.assertEqual(scene["picture"]["title"], "two")
         self.assertEqual(scene["data"]["file"], self.grid)
 
+    def test_scene_names_its_data(self):
+        """Without a data set the scene's own is drawn, found beside the scene where its name has no folder to begin with."""
+        drawn, _ = self.draw("--surface", "value=0.5", "--write-scene", self.path("named.json"))
+        with open(self.path("named.json"), encoding="utf-8") as f:
+            scene = json.load(f)
+        scene["data"]["file"] = "g.vtu"
+        for name in (self.path("named.json"), self.write("beside.json", json.dumps(scene))):
+            done = run("render", "--scene", name, "-o", self.path("p.png"), "--size", "160x120")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue((pixels(self.path("p.png")) == drawn).all())
+        none = self.write("none.json", '{"tetralod_scene": 1}')
+        for words, said in (([], "IN is missing: a model, a mesh"), (["--scene", none], "none.json' names no data set")):
+            done = run("render", "-o", self.path("p.png"), *words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(said, done.stderr)
+
     def test_scene_of_a_step(self):
         """A scene keeps which step of a series was drawn; words choose another one."""
         for i, kind in enumerate(("gaussians", "gaussians", "marschner-lobb")):

@@ -354,16 +354,40 @@ static int open_scene(cli_session *session, tl_scene **scene)
     return st ? cli_fail(session, session->ctx, st) : CLI_DONE;
 }
 
+/* The data set that is said, or that the scene names: beside its own file where the name has no
+ * folder to begin with. Borrowed from the words, or put into buffer. */
+static int find_data(const cli_session *session, const tl_scene *scene, char buffer[CLI_PATH_BYTES],
+                     const char **path)
+{
+    const char *file = cli_get(session, CLI_SCENE)->text;
+    *path = session->args.operand_count ? session->args.operands[0] : buffer;
+    if (session->args.operand_count) return CLI_DONE;
+    if (!scene)
+        return cli_misuse(session->args.verb, "IN is missing: a model, a mesh, or --scene with a "
+                                              "scene that names its data set");
+    const char *named = tl_scene_text(scene, TL_NODE_DATA + 1, "file");
+    const char *slash = *named == '/' ? NULL : strrchr(file, '/');
+    if (!*named)
+        return cli_misuse(session->args.verb, "IN is missing: '%s' names no data set", file);
+    snprintf(buffer, CLI_PATH_BYTES, "%.*s%s", slash ? (int)(slash + 1 - file) : 0, file, named);
+    return CLI_DONE;
+}
+
 static int run(cli_session *session)
 {
     tl_scene *scene = NULL;
+    char buffer[CLI_PATH_BYTES];
+    const char *path;
     request r = {.scene.session = session};
     int failed = cli_picture_words(session, &r.picture);
     if (!failed) failed = cli_words_check(session);
     if (!failed) failed = open_scene(session, &scene);
     r.scene.is_read = scene != NULL;
-    if (!failed)
-        failed = cli_volume_begin(session, session->args.operands[0], scene, &r.scene.volume);
+    if (!failed) {
+        failed = find_data(session, scene, buffer, &path);
+        if (failed) tl_scene_destroy(session->ctx, scene);
+    }
+    if (!failed) failed = cli_volume_begin(session, path, scene, &r.scene.volume);
     if (!failed) {
         failed = render(&r);
         tl_shown_destroy(session->ctx, r.shown);
@@ -388,23 +412,27 @@ static const char *const EXAMPLES[] = {
     "A part with its stress and its edges",
     "tetralod render flow.tlod -o frame_%04d.png --frames 90 --orbit 360 --size 960x720",
     "Once around",
+    "tetralod render --scene flow.json -o flow.png",
+    "What was saved in the viewer, of the data set that it was saved with",
     NULL};
 
 const cli_verb cli_verb_render = {
     .name = "render",
     .operands = "IN -o OUT.png",
-    .operand_least = 1,
+    .operand_least = 0,
     .operand_most = 1,
     .about = "pictures of volumes, surfaces and lines, without a screen",
-    .details = "IN is a model or any file that 'tetralod formats' lists. Without a word on what is "
-               "drawn, a first look: of a room the volume of its first channel that is not "
-               "constant, of a part its boundary with that channel. Of vectors the length is "
-               "shown, of channels on tets the value of each, in volumes, isosurfaces of them, "
-               "points and lines the mean at each vertex. Colour maps: viridis, "
-               "inferno, magma, plasma, cividis (perceptual ones), cool-to-warm, blue-to-brown "
-               "(diverging), grey, phase (cyclic); any other "
-               "as CHANNEL:TF.json. Colours: white, black, grey, red, orange, yellow, green, teal, "
-               "blue, purple, brown, bone, steel, gold, #RRGGBB or R,G,B.",
+    .details =
+        "IN is a model or any file that 'tetralod formats' lists; with --scene it may be left "
+        "out: a scene names its data set. Without a word on what is "
+        "drawn, a first look: of a room the volume of its first channel that is not "
+        "constant, of a part its boundary with that channel. Of vectors the length is "
+        "shown, of channels on tets the value of each, in volumes, isosurfaces of them, "
+        "points and lines the mean at each vertex. Colour maps: viridis, "
+        "inferno, magma, plasma, cividis (perceptual ones), cool-to-warm, blue-to-brown "
+        "(diverging), grey, phase (cyclic); any other "
+        "as CHANNEL:TF.json. Colours: white, black, grey, red, orange, yellow, green, teal, "
+        "blue, purple, brown, bone, steel, gold, #RRGGBB or R,G,B.",
     .groups = {&PICTURE_GROUP, &CAMERA_GROUP, &THINGS_GROUP, &COLORS_GROUP, &cli_group_detail,
                &cli_group_derive, &cli_group_reading, &cli_group_common},
     .examples = EXAMPLES,
