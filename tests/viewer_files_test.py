@@ -52,6 +52,21 @@ class Dialogs(HandsTest):
         self.assertEqual([changed, back, file], ["on", "off", other])
         self.assertEqual(self.property_of("dialog.json", "data", "file"), self.model)
 
+    def test_scene_in_place_of_data(self):
+        """`view S.json` and `open S.json`; a scene that was saved says how it is drawn without a window."""
+        scene = self.at("in place.json")
+
+        def save():
+            self.key("ctrl+s")
+            self.choose("Save scene", scene)
+        self.act((save, []))
+        said = [line for line in self.err.splitlines() if "tetralod render" in line]
+        self.assertEqual(len(said), 1, self.err)
+        self.assertIn(f"--scene '{scene}' -o", said[0])
+        self.LINES = ["set volume1.lit on"]
+        on, off, file = self.act((lambda: None, ["volume1.lit", f"open {scene}", "wait settled", "volume1.lit", "data.file"]), model=scene)
+        self.assertEqual([on, off, file], ["on", "off", self.model])
+
     def test_colours_of_paraview(self):
         """What is exported is what was imported; undo brings the colours back."""
         path, out = self.at("paraview.json"), self.at("exported.json")

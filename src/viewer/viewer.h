@@ -101,6 +101,8 @@ typedef enum viewer_tone { VIEWER_INFO = 0, VIEWER_WARNING, VIEWER_ERROR } viewe
 /* Puts a message into the bar above the view; it stays until it is closed, infos for some seconds.
  */
 void viewer_say(viewer *v, viewer_tone tone, const char *format, ...) G_GNUC_PRINTF(3, 4);
+/* Takes an error away that is mended by now. */
+void viewer_unsay(viewer *v);
 
 /* The same with a button; fn(v) when it is pressed, refuse(v) (may be NULL) when it is closed. */
 void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), void (*refuse)(viewer *v),

@@ -129,6 +129,10 @@ bool viewer_files_opens(const viewer *v);
 bool viewer_may_write(viewer *v, const char *path);
 /* Borrowed: files that were open before. */
 GMenu *viewer_files_recent_menu(viewer *v);
+/* "name" of "dir/name.vtu" and of the folder "dir/name"; and a name for what is written: that of
+ * the data, or another one while there are none. To be freed. */
+char *viewer_stem(const char *path);
+char *viewer_name_like(const viewer *v, const char *other, const char *ending);
 /* A dialog for a file; name and folder (NULL: that of the data) are where it begins. */
 GtkFileChooserNative *viewer_dialog(viewer *v, const char *title, const char *accept,
                                     GtkFileChooserAction action, const char *name,

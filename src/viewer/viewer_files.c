@@ -73,10 +73,19 @@ static char *data_of(const tl_scene *scene, const char *scene_path)
     return path;
 }
 
+static bool is_scene(const char *path)
+{
+    return g_str_has_suffix(path, ".json");
+}
+
 void viewer_open(viewer *v, const char *path, const char *scene_path)
 {
     tl_scene *scene = NULL;
     char *named = NULL;
+    if (path && !scene_path && is_scene(path)) {
+        scene_path = path;
+        path = NULL;
+    }
     const tl_status st =
         scene_path ? tl_scene_read(v->ctx, scene_path, &scene) : make_scene(v, &scene);
     if (!viewer_ok(v, st)) {
@@ -123,6 +132,7 @@ void viewer_opened(viewer *v)
     v->path = g_strdup(tl_source_get_facts(v->source)->name);
     viewer_session_add_recent(v, v->path);
     if (g_strcmp0(files->opening, v->path) != 0) return; /* the next one is on its way */
+    viewer_unsay(v);                                     /* what was wrong with the one before */
     g_clear_pointer(&files->opening, g_free);
     files->is_replaced = false;
 }
@@ -172,7 +182,7 @@ void viewer_open_as_shown(viewer *v, const char *path, bool has_steps)
  */
 static void open_chosen(viewer *v, const char *path)
 {
-    if (g_str_has_suffix(path, ".json"))
+    if (is_scene(path))
         open_scene(v, path);
     else if (!viewer_models_ask(v, path))
         viewer_open(v, path, NULL);
@@ -186,6 +196,22 @@ char *viewer_dialog_path(GtkNativeDialog *dialog)
     char *path = file ? g_file_get_path(file) : NULL;
     g_clear_object(&file);
     return path;
+}
+
+char *viewer_stem(const char *path)
+{
+    char *stem = g_path_get_basename(path);
+    char *dot = strrchr(stem, '.');
+    if (dot && dot != stem && !g_file_test(path, G_FILE_TEST_IS_DIR)) *dot = '\0';
+    return stem;
+}
+
+char *viewer_name_like(const viewer *v, const char *other, const char *ending)
+{
+    char *stem = v->path ? viewer_stem(v->path) : g_strdup(other);
+    char *name = g_strconcat(stem, ending, NULL);
+    g_free(stem);
+    return name;
 }
 
 GtkFileChooserNative *viewer_dialog(viewer *v, const char *title, const char *accept,
@@ -249,17 +275,25 @@ static void on_save_scene(GtkNativeDialog *dialog, int response, viewer *v)
 {
     char *path = response == GTK_RESPONSE_ACCEPT ? viewer_dialog_path(dialog) : NULL;
     g_object_unref(dialog);
-    if (path && viewer_may_write(v, path) && viewer_ok(v, tl_scene_write(v->ctx, v->scene, path)))
-        viewer_say(v, VIEWER_INFO, "Saved '%s'; 'tetralod render --scene' draws it again.", path);
+    if (path && viewer_may_write(v, path) && viewer_ok(v, tl_scene_write(v->ctx, v->scene, path))) {
+        char *word = g_shell_quote(path);
+        viewer_say(v, VIEWER_INFO,
+                   "Saved. Without a window, this draws it: "
+                   "tetralod render --scene %s -o picture.png",
+                   word);
+        g_free(word);
+    }
     g_free(path);
 }
 
 static void save_scene(viewer *v)
 {
+    char *name = viewer_name_like(v, "scene", ".json");
     GtkFileChooserNative *dialog =
-        viewer_dialog(v, "Save scene", "_Save", GTK_FILE_CHOOSER_ACTION_SAVE, "scene.json", NULL);
+        viewer_dialog(v, "Save scene", "_Save", GTK_FILE_CHOOSER_ACTION_SAVE, name, NULL);
     g_signal_connect(dialog, "response", G_CALLBACK(on_save_scene), v);
     gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
+    g_free(name);
 }
 
 static const viewer_action ACTIONS[] = {

@@ -30,14 +30,12 @@ bool viewer_models_idle(const viewer *v)
 /* "dir/name.tlod" of "dir/name.vtu" and of the folder "dir/name". */
 static char *name_beside(const char *path)
 {
-    char *base = g_path_get_basename(path), *folder = g_path_get_dirname(path);
-    char *dot = strrchr(base, '.');
-    if (dot && dot != base && !g_file_test(path, G_FILE_TEST_IS_DIR)) *dot = '\0';
-    char *name = g_strconcat(base, ".tlod", NULL);
+    char *stem = viewer_stem(path), *folder = g_path_get_dirname(path);
+    char *name = g_strconcat(stem, ".tlod", NULL);
     char *whole = g_build_filename(folder, name, NULL);
     g_free(name);
     g_free(folder);
-    g_free(base);
+    g_free(stem);
     return whole;
 }
 

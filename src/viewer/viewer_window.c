@@ -94,6 +94,11 @@ void viewer_say(viewer *v, viewer_tone tone, const char *format, ...)
     g_free(text);
 }
 
+void viewer_unsay(viewer *v)
+{
+    if (v->shell->bar_tone == VIEWER_ERROR && !v->shell->bar_fn) hide_bar(v);
+}
+
 void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), void (*refuse)(viewer *v),
                   const char *format, ...)
 {
