@@ -254,6 +254,23 @@ class Render(unittest.TestCase):
         self.assertLess(words[100:].min(), 100)  # the title
         self.assertLess(words[:12, :60].min(), 100)  # the error
 
+    def test_bars_are_of_colours_that_are_seen(self):
+        """A boundary that is glass has none, a surface with the colour of its value has that of its channel."""
+        camera = {"position": [0, -6, 0], "focal_point": [0, 0, 0], "view_up": [0, 0, 1]}
+        boundary, picture = {"kind": "boundary", "color_by": "value"}, {"axes": False, "box": False, "note": False}
+        surface, gold = {"kind": "surface", "channel": "value", "value": 0.5}, {"color": [1, 0.8, 0.2]}
+
+        def bar_is_seen(*things):
+            images = []
+            for bar in (False, True):
+                scene = {"tetralod_scene": 1, "camera": camera, "picture": dict(picture, bar=bar), "things": things}
+                images.append(self.draw("--scene", self.write("bars.json", json.dumps(scene)))[0])
+            return bool((images[0] != images[1]).any())
+        self.assertTrue(bar_is_seen(boundary))
+        self.assertTrue(bar_is_seen(boundary, surface))
+        self.assertTrue(bar_is_seen(dict(boundary, opacity=0.5), dict(surface, **gold)))
+        self.assertFalse(bar_is_seen(boundary, dict(surface, **gold)))
+
     def test_patches_of_a_model(self):
         model = self.path("p.tlod")
         self.assertEqual(run("build", self.grid, "-o", model).returncode, 0)

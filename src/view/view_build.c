@@ -208,16 +208,33 @@ static tl_status order_things(tl_ctx *ctx, tl_content *c)
     return TL_OK;
 }
 
+/* Whether a surface has the colour of its value: no other channel's, none of its own. */
+static bool has_value_color(const tli_agenda *agenda, const tli_entry *thing)
+{
+    tl_value color;
+    return thing->kind == TL_NODE_SURFACE && !thing->color &&
+           !tl_scene_get(thing->own->ctx, agenda->scene, thing->node, "color", &color) &&
+           !color.count;
+}
+
+/* The paint that a thing explains its colours by, if it has that role; NULL: none. */
+static const tli_paint *paint_of_role(const tli_agenda *agenda, const tli_entry *thing, int role)
+{
+    const bool is_own =
+        (thing->kind == TL_NODE_POINTS && !thing->color) || has_value_color(agenda, thing);
+    switch (role) {
+    case 0: return thing->kind == TL_NODE_VOLUME ? thing->own : NULL;
+    case 1: return tli_is_glass(agenda, thing) ? NULL : thing->color;
+    default: return is_own ? thing->own : NULL;
+    }
+}
+
 size_t tli_agenda_bars(const tli_agenda *agenda, const tl_values **bars)
 {
     size_t count = 0;
     for (int role = 0; role < 3; role++)
         for (size_t i = 0; i < agenda->thing_count; i++) {
-            const tli_entry *thing = &agenda->things[i];
-            const tli_paint *paint = role == 0   ? thing->kind == TL_NODE_VOLUME ? thing->own : NULL
-                                     : role == 1 ? thing->color
-                                     : thing->kind == TL_NODE_POINTS && !thing->color ? thing->own
-                                                                                      : NULL;
+            const tli_paint *paint = paint_of_role(agenda, &agenda->things[i], role);
             size_t at = 0;
             if (!paint) continue;
             while (at < count && bars[at] != &paint->values) at++;
