@@ -296,6 +296,14 @@ class Detail(HandsTest):
         self.assertRegex(found["error"], r"^value ± 0\.\d+$")
         self.assertEqual(found["error"], found["channels"])
 
+    def test_figures_are_of_what_is_shown(self):
+        """Streamlines need a mesh with all channels; one of them is shown. Of the coarsest mesh there is one patch."""
+        said, _ = self.play(["wait settled", "set volume1.visible off", "add lines channel=velocity", "set detail.tets 1", "wait settled", "figures"],
+                            self.model)
+        found = self.figures(said)
+        self.assertRegex(found["channels"], "^velocity ± [0-9.e-]+$")
+        self.assertEqual(found["patches"], "1 patch")
+
     def test_messages_leave_the_picture_its_size(self):
         said = self.start(["wait settled", "print-tools", "key copy-probe", "wait 1", "print-tools", "quit"], self.model, "--size", self.SIZE).end()[1]
         views = [line for line in said if line.startswith("view\t")]

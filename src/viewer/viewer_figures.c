@@ -9,6 +9,8 @@
 
 /* While pictures change, the words do at most so often. */
 enum { REFRESH_MS = 150 };
+/* Errors below it are not told apart. */
+static const double LEAST_PX = 0.01;
 
 static const char *const TIPS[VIEWER_FIGURE_COUNT] = {
     [VIEWER_FIGURE_STATE] = "Whether the picture is all that was asked for",
@@ -88,6 +90,7 @@ static char *error_text(const tl_frame *frame)
     const double px = frame->error_px;
     if (!frame->facts->is_model) return g_strdup("exact");
     if (px == 0) return g_strdup("error 0 px");
+    if (px < LEAST_PX) return g_strdup_printf("error < %.2f px", LEAST_PX);
     if (isfinite(px)) return g_strdup_printf("error ≤ %.*f px", px < 10 ? 2 : px < 100 ? 1 : 0, px);
     const tl_content_error *worst = worst_error(frame);
     if (!worst) return g_strdup("error not bounded");
@@ -105,12 +108,15 @@ static char *tets_text(const tl_content_facts *facts)
     return text;
 }
 
-static char *channels_text(const tl_content_facts *facts)
+/* Of the channels that are shown. */
+static char *channels_text(const tl_frame *frame)
 {
+    const tl_content_facts *facts = frame->facts;
     GString *text = g_string_new(NULL);
     for (size_t i = 0; i < facts->error_count; i++)
-        g_string_append_printf(text, "%s%s ± %.2g", i ? " · " : "", facts->errors[i].channel,
-                               facts->errors[i].error);
+        if (frame->content && tl_content_values(frame->content, facts->errors[i].channel))
+            g_string_append_printf(text, "%s%s ± %.2g", text->len ? " · " : "",
+                                   facts->errors[i].channel, facts->errors[i].error);
     return g_string_free(text, FALSE);
 }
 
@@ -119,9 +125,11 @@ static void take_facts(struct viewer_figures *f, const tl_frame *frame)
     const tl_content_facts *facts = frame->facts;
     put(f, VIEWER_FIGURE_ERROR, error_text(frame));
     put(f, VIEWER_FIGURE_TETS, tets_text(facts));
-    put(f, VIEWER_FIGURE_CHANNELS, channels_text(facts));
+    put(f, VIEWER_FIGURE_CHANNELS, channels_text(frame));
     put(f, VIEWER_FIGURE_PATCHES,
-        facts->is_model ? g_strdup_printf("%" G_GUINT64_FORMAT " patches", facts->patches) : NULL);
+        facts->is_model ? g_strdup_printf("%" G_GUINT64_FORMAT " patch%s", facts->patches,
+                                          facts->patches == 1 ? "" : "es")
+                        : NULL);
 }
 
 static void take_costs(struct viewer_figures *f, const tl_frame *frame, const tl_live_stats *stats)
