@@ -193,18 +193,22 @@ class Times(HandsTest):
         self.assertEqual(self.step((press("period"), []), (press("period", "period"), []), (press("period"), []), (press("comma"), []), (press("comma"), [])),
                          [1, 3, 0, 3, 2])
 
+    def watch(self, changes):
+        """Until what is on the screen was another so many times."""
+        seen, before, end = 0, self.display.screen(), time.monotonic() + PATIENCE
+        while seen < changes:
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.05)
+            now = self.display.screen()
+            seen += (now != before).any()
+            before = now
+
     def test_plays_every_step(self):
         """Each is shown before the next one; the same key stops."""
         def play():
             self.click(self.part(0.9, 0.1))
-            seen, before, end = 0, self.display.screen(), time.monotonic() + PATIENCE
             self.key("k")
-            while seen < 2 * STEPS:
-                self.assertLess(time.monotonic(), end)
-                time.sleep(0.05)
-                now = self.display.screen()
-                seen += (now != before).any()
-                before = now
+            self.watch(2 * STEPS)
             self.key("k")
         first, second = self.step((play, []), (lambda: time.sleep(1), []))
         self.assertEqual(first, second)
@@ -222,7 +226,7 @@ class Times(HandsTest):
         def spin():
             self.click(self.part(0.9, 0.1))
             self.key("space")
-            time.sleep(1.5)
+            self.watch(5)
             self.key("space")
         before, after, later = map(numbers, self.act((lambda: None, ["camera.position"]), (spin, ["camera.position"]), (lambda: None, ["camera.position", "undo"])))
         self.assertGreater(np.linalg.norm(before - after), 0.1)

@@ -160,10 +160,13 @@ class Troubles(ViewerTest):
         model = self.at("goes.tlod")
         for change in (os.remove, lambda path: os.truncate(path, os.path.getsize(path) // 3)):
             shutil.copy(self.model, model)
-            viewer = self.start(["set detail.error_px 200", "wait settled", "print ready", "wait 0.5", "set detail.error_px 0.01", "view 10,10", "wait settled",
-                                 "screenshot " + self.at("gone.png"), "quit"], model, "--size", SIZE)
+            changed = self.at(f"{change.__name__} is done")
+            viewer = self.start(["set detail.error_px 200", "wait settled", "print ready", "wait for " + changed, "set detail.error_px 0.01", "view 10,10",
+                                 "wait settled", "screenshot " + self.at("gone.png"), "quit"], model, "--size", SIZE)
             viewer.until("ready")
             change(model)
+            with open(changed, "w", encoding="ascii"):
+                pass
             status, said, err = viewer.end()
             self.assertIn(status, (0, 1), f"{said} {err}")
             if change is os.remove:
@@ -207,12 +210,15 @@ class Rest(ViewerTest):
     def test_memory_and_idleness(self):
         """Memory is flat over a flight that repeats, and below its limit; nothing runs when nothing changes."""
         around = ["turn 180 20 0.6", "turn 180 -20 0.6", "wait settled", "print around"]
-        viewer = self.start(["wait settled", *(4 * around), "wait 4", "print stats", "quit"], self.model, "--size", SIZE, "--memory", "100M")
+        watched = self.at("watched")
+        viewer = self.start(["wait settled", *(4 * around), "wait for " + watched, "print stats", "quit"], self.model, "--size", SIZE, "--memory", "100M")
         kept = []
         for _ in range(4):
             viewer.until("around")
             kept.append(viewer.status("VmRSS"))
         busy = viewer.busy(2)
+        with open(watched, "w", encoding="ascii"):
+            pass
         status, said, err = viewer.end()
         self.assertEqual(status, 0, err)
         figures, = (line for line in said if line.startswith("memory"))
