@@ -5,10 +5,12 @@ import unittest
 
 from viewer_case import SIZE, ViewerTest, make
 from viewer_display import SANITIZED
+from viewer_monkey import lines_of, torment
 from viewer_test import TourTest
 
 DATA = os.environ.get("TETRALOD_DATA")
 FLIGHT_SECONDS = 90
+MONKEY_SECONDS = 60
 
 
 class RealData(TourTest):
@@ -38,6 +40,21 @@ class Flight(ViewerTest):
         self.assertEqual(viewer.end()[0], 0)
         if not SANITIZED:
             self.assertLess(max(kept[rounds // 2:]), 1.05 * max(kept[:rounds // 2]), kept)
+
+
+class Monkeys(ViewerTest):
+    def test_events_at_random(self):
+        """Whatever is pressed where, the viewer goes on until it is asked to end, and ends well."""
+        events, status, err, log = torment([self.model], 7, MONKEY_SECONDS, self.folder, cwd=self.folder)
+        self.assertEqual(status, 0, (events, err[-3000:], log))
+
+    def test_commands_in_odd_order(self):
+        """While a file is opened, played or saved, and with the events of the other monkey."""
+        files = [self.model, self.at("flow.vtu")]
+        lines = list(lines_of(11, files, 400, self.folder))
+        events, status, err, log = torment(files, 8, MONKEY_SECONDS, self.folder, lines, cwd=self.folder)
+        self.assertIn(status, (0, 1), (events, err[-3000:], log))  # 1: a note of an error ends a script
+        self.assertNotIn("Sanitizer", err)
 
 
 if __name__ == "__main__":

@@ -319,6 +319,60 @@ static void test_no_memory(void **state)
     CHECK(opened && failed);
 }
 
+/* What came of a limit of memory: a picture, or a message in text that names a limit that will do.
+ * Returns that limit, 0: there is a picture. */
+static uint64_t settle_within(uint64_t ram_bytes)
+{
+    uint64_t named = 0;
+    tl_live_opts opts = tl_live_opts_defaults();
+    opts.ram_bytes = ram_bytes;
+    tl_ctx *ctx = check_ctx_create(1);
+    tl_live *live = live_create(&opts);
+    tl_scene *scene = NULL;
+    const double end = live_now() + LIVE_PATIENCE_S;
+    CHECK_STATUS(tl_live_open(live, MODEL, NULL), TL_OK);
+    while (!named && live_now() < end) {
+        tl_live_event e;
+        const bool is_told = tl_live_next_event(live, &e);
+        if (is_told && e.kind == TL_LIVE_FAILED) {
+            const char *mib = strstr(e.text, ": ");
+            printf("%.1f MiB: %s\n", (double)ram_bytes / (1 << 20), e.text);
+            CHECK(strstr(e.text, "will do") && mib);
+            named = strtoull(mib + 2, NULL, 10) << 20;
+        } else if (is_told && e.kind == TL_LIVE_OPENED) {
+            CHECK_OK(ctx, tl_live_get_scene(live, ctx, &scene));
+            CHECK_OK(ctx, tl_scene_do(ctx, scene, "set detail.full on"));
+            CHECK_OK(ctx, tl_scene_do(ctx, scene, "add surface value=0.2"));
+            CHECK_STATUS(tl_live_set_scene(live, scene), TL_OK);
+        } else if (!is_told && scene && tl_live_settled(live)) {
+            break;
+        } else if (!is_told) {
+            nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+        }
+    }
+    const tl_frame *frame = tl_live_frame(live);
+    CHECK(named || (frame && frame->content));
+    tl_live_release(live, frame);
+    CHECK_BOUND("bytes of memory", (double)tl_live_get_stats(live).ram_peak_bytes,
+                (double)ram_bytes);
+    tl_live_destroy(live);
+    tl_scene_destroy(ctx, scene);
+    check_ctx_destroy(ctx);
+    return named;
+}
+
+/* Under any limit there is a picture, coarser where it must be, or a message; the limit that it
+ * names is enough. */
+static void test_limits_of_memory(void **state)
+{
+    (void)state;
+    for (uint64_t kib = 1024; kib <= 16384; kib += kib < 6144 ? 512 : 2048) {
+        const uint64_t named = settle_within(kib << 10);
+        CHECK(kib < 6144 || !named);
+        if (named) CHECK_EQ(settle_within(named), 0);
+    }
+}
+
 /* ---- graphics cards ---- */
 
 /* One that can't be had: the processor draws, and it is said. */
@@ -463,6 +517,7 @@ int main(void)
                                        cmocka_unit_test(test_slow_disk),
                                        cmocka_unit_test(test_little_memory),
                                        cmocka_unit_test(test_no_memory),
+                                       cmocka_unit_test(test_limits_of_memory),
                                        cmocka_unit_test(test_no_card),
                                        cmocka_unit_test(test_probe),
                                        cmocka_unit_test(test_newest_question),

@@ -122,13 +122,14 @@ def environment(display, folder, **more):
 
 
 class Viewer:
-    """A viewer that runs a script, line by line as it is written; talks on its standard output."""
+    """A viewer that runs a script, line by line as it is written, or none where lines is None; talks on its standard output."""
 
     def __init__(self, display, folder, lines, *words, env=None, **options):
-        self.script = tempfile.NamedTemporaryFile("w", suffix=".txt", dir=folder, delete=False, encoding="utf-8")
-        self.script.write("\n".join(lines) + "\n")
-        self.script.close()
-        self.child = subprocess.Popen([PROGRAM, "view", *map(str, words), "--script", self.script.name],
+        if lines is not None:
+            with tempfile.NamedTemporaryFile("w", suffix=".txt", dir=folder, delete=False, encoding="utf-8") as script:
+                script.write("\n".join(lines) + "\n")
+            words = (*words, "--script", script.name)
+        self.child = subprocess.Popen([PROGRAM, "view", *map(str, words)],
                                       env=environment(display, folder, **(env or {})), stdin=subprocess.DEVNULL,
                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
         self.said = []

@@ -135,6 +135,8 @@ typedef struct tl_content tl_content;
 typedef struct tl_view tl_view;
 /* Borrows source. Gives *view. */
 TL_API tl_status tl_view_create(tl_ctx *ctx, tl_source *source, tl_view **view);
+/* Frees what the next build could use again; contents and the cut stay. */
+TL_API void tl_view_trim(tl_view *view);
 /* Contents stay. NULL is allowed. */
 TL_API void tl_view_destroy(tl_view *view);
 

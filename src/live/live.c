@@ -72,6 +72,7 @@ tl_status tl_live_create(const tl_live_opts *opts, tl_live **live)
     if (!l->opts.ram_bytes) l->opts.ram_bytes = half_of_memory();
     l->ram_limit = l->opts.ram_bytes;
     l->card_limit = l->fits_tets = l->card_tets = UINT64_MAX;
+    l->rays_max = (double)INFINITY;
     l->width = WIDTH;
     l->height = HEIGHT;
     l->pace = tli_pace_start();
@@ -213,6 +214,7 @@ void tl_live_set_size(tl_live *live, uint32_t width, uint32_t height)
     if (live->width != side_of(width) || live->height != side_of(height)) {
         live->width = side_of(width);
         live->height = side_of(height);
+        live->rays_max = (double)INFINITY;
         tli_live_changed(live);
     }
     tli_live_unlock(live);
@@ -269,8 +271,7 @@ static bool is_settled(const tl_live *live)
     if (!best || !live->scene) return true;
     if (!live->is_drawn || best->facts->is_moving) return false;
     if (live->moving || !tli_live_is_final(live, best)) return true;
-    return live->drawn_samples >=
-           tl_content_samples(best->content, live->scene->scene, live->width, live->height);
+    return live->drawn_samples >= tli_live_samples(live, best);
 }
 
 bool tl_live_settled(tl_live *live)

@@ -158,7 +158,8 @@ struct tl_live {
     tl_camera running_camera;
     double full_s;                 /* what the last content of all that was asked for took; 0: ? */
     double coarse_s, coarse_end_s; /* what the last coarse one took, and when it ended */
-    bool made_room;                /* a content was given up for a finer one that found no memory */
+    bool made_room;                /* what is kept was given up for a content without memory */
+    unsigned content_count;        /* that were made and not destroyed */
     uint64_t fits_tets;            /* most that memory has room for, as far as known */
     uint64_t card_tets;            /* the same of the card */
     bool has_failed;               /* a content of failed_stamp and failed_camera */
@@ -173,6 +174,8 @@ struct tl_live {
     uint64_t frame_count;
     bool is_drawn;          /* what there is is on a frame; else the drawer has work */
     uint32_t drawn_samples; /* of that frame */
+    double rays_max;        /* of a picture, that memory has room for, as far as known */
+    bool has_said_rays;     /* that there are fewer than asked for */
     tli_live_drawing drawing;
     double rest_s;  /* what a picture of all pixels took last, a ray a pixel; 0: ? */
     double start_s; /* when lines began to move */
@@ -224,6 +227,8 @@ void tli_live_drop_content(tl_live *live, tli_live_content *content);
 void tli_live_drop_slot(tl_live *live, tli_live_slot *slot);
 /* The time step that it asks for; -1: it says none. */
 double tli_live_data_step(const tli_live_scene *scene);
+/* Of the builder: destroys, without the lock, what nobody holds. */
+void tli_live_clear_old(tl_live *live);
 /* A copy in *copy, held once. */
 tl_status tli_live_copy_scene(tl_live *live, const tl_scene *scene, tli_live_scene **copy);
 /* Takes over a scene that is held: what is shown from now on. */
@@ -282,6 +287,29 @@ typedef struct tli_live_task {
 } tli_live_task;
 /* *wait_s: when nothing is to be done now but later, seconds till then; else infinity. */
 tli_live_task tli_live_next(const tl_live *live, double now_s, double *wait_s);
+
+/* ---- memory: live_room.c ---- */
+
+/* What a thread may take of the limit, bytes. */
+size_t tli_live_builder_room(const tl_live *live);
+size_t tli_live_drawer_room(const tl_live *live);
+static inline bool tli_live_lacks_memory(tl_status status)
+{
+    return status == TL_ERR_MEMORY || status == TL_ERR_BUDGET;
+}
+/* After the builder failed for lack of memory: what is tried next is smaller, or finds more room.
+ * False: there is no less. May give the lock meanwhile. */
+bool tli_live_shrink(tl_live *live, const tli_live_task *task);
+/* After the drawer did with a content: fewer rays, then fewer tets, come next. False: no less. */
+bool tli_live_shrink_drawn(tl_live *live, const tli_live_content *content, uint32_t samples,
+                           uint32_t reduction);
+/* Rays a pixel and part of the pixels that there is room for. */
+void tli_live_fit_rays(const tl_live *live, uint32_t *samples, uint32_t *reduction);
+/* Rays a pixel and side at rest, as far as there is room for them. */
+uint32_t tli_live_samples(const tl_live *live, const tli_live_content *content);
+/* Why a job of a context failed; for lack of memory: which limit will do. source may be NULL. */
+void tli_live_why(const tl_live *live, const tl_ctx *ctx, const tl_source *source, tl_live_job job,
+                  tl_status status, char *text, size_t bytes);
 
 /* ---- pictures; without the lock, on the pool ---- */
 

@@ -5,77 +5,15 @@
 
 #include "live/live.h"
 
-/* Memory of a tet in a content and while it is made, bytes: a first guess of what fits where
- * something did not. */
-enum { TET_BYTES = 600 };
-/* Fewer tets than this are no content. */
-enum { TETS_LEAST = 1000 };
-/* Part of the memory that is kept for the frames of the drawer, at least. */
-static const double DRAWER_SHARE = 0.2;
-
-/* ---- memory ---- */
-
-/* What the builder may take: what the others do not, at their most. */
-static size_t budget(const tl_live *live)
-{
-    const uint64_t limit = live->ram_limit;
-    uint64_t others = tl_ctx_current_bytes(live->ctx) + tl_ctx_peak_bytes(live->clerk.ctx);
-    uint64_t drawer = tl_ctx_peak_bytes(live->drawer.ctx);
-    uint64_t kept = (uint64_t)(DRAWER_SHARE * (double)limit);
-    others += drawer > kept ? drawer : kept;
-    uint64_t least = limit / 8; /* the others may be above the limit; something is to be seen */
-    uint64_t left = limit > others ? limit - others : 0;
-    left = left > least ? left : least;
-    return left < SIZE_MAX ? (size_t)left : SIZE_MAX;
-}
-
-/* After a failure for lack of memory: what is tried next is smaller. False: there is no less. */
-static bool shrink(tl_live *live, const tli_live_task *task)
-{
-    char text[TLI_LIVE_NOTE_BYTES];
-    if (task->step == TLI_LIVE_FINE && !live->made_room && live->fine && live->coarse &&
-        live->coarse->stamp == live->scene->stamp) {
-        tli_live_drop_content(live, live->fine); /* makes room for the one to come */
-        live->fine = NULL;
-        live->made_room = true;
-        live->is_drawn = false;
-        tli_bell_ring(&live->drawer.bell);
-        return true;
-    }
-    if (!tl_source_get_facts(live->source->source)->is_model)
-        return tl_source_trim(live->source->source);
-    bool first = live->fits_tets == UINT64_MAX;
-    uint64_t tets = first ? (uint64_t)budget(live) / TET_BYTES : live->fits_tets / 2;
-    if (task->tets_max < UINT64_MAX && tets > task->tets_max / 2) tets = task->tets_max / 2;
-    if (tets < TETS_LEAST) return false;
-    live->fits_tets = tets;
-    snprintf(text, sizeof text,
-             "%.0f MiB of memory are allowed: the picture is coarser than asked for",
-             (double)live->ram_limit / (1 << 20));
-    if (first) tli_live_event(live, TL_LIVE_NOTICE, TL_LIVE_CONTENT, text);
-    return true;
-}
-
-/* Why the builder failed. With the lock. */
-static void say_why(const tl_live *live, tl_status status, char *text, size_t bytes)
-{
-    const char *message = tl_ctx_message(live->builder.ctx);
-    if (status == TL_ERR_BUDGET)
-        tli_print(text, bytes, "the limit of %.3g MiB of memory is too low: %s",
-                  (double)live->ram_limit / (1 << 20), message);
-    else
-        snprintf(text, bytes, "%s", message);
-}
-
 /* ---- what can go ---- */
 
-/* Destroys, without the lock, what nobody holds. */
-static void clear_old(tl_live *live)
+void tli_live_clear_old(tl_live *live)
 {
     tl_ctx *ctx = live->builder.ctx;
     while (live->old_contents || live->old_sources) {
         tli_live_content *contents = live->old_contents;
         tli_live_source *sources = live->old_sources;
+        unsigned gone = 0;
         live->old_contents = NULL;
         live->old_sources = NULL;
         tli_live_unlock(live);
@@ -83,6 +21,7 @@ static void clear_old(tl_live *live)
             tli_live_content *next = contents->next;
             tl_content_destroy(ctx, contents->content);
             tl_mem_free(ctx, contents);
+            gone++;
             contents = next;
         }
         while (sources) {
@@ -93,6 +32,7 @@ static void clear_old(tl_live *live)
             sources = next;
         }
         tli_live_lock(live);
+        live->content_count -= gone;
     }
 }
 
@@ -157,6 +97,7 @@ static void go_over(tl_live *live, tli_live_source *s, tli_live_scene *scene)
     live->coarse = live->fine = NULL;
     live->fits_tets = live->card_tets = UINT64_MAX;
     live->made_room = live->has_failed = false;
+    live->rays_max = (double)INFINITY;
     live->full_s = 0;
     live->answer_count = live->next_answer = 0;
     live->has_question = false;
@@ -177,7 +118,7 @@ static void open_file(tl_live *live)
     live->open_path = NULL;
     live->opened = NULL;
     live->builder.job = TL_LIVE_OPEN;
-    tl_ctx_set_budget(ctx, budget(live));
+    tl_ctx_set_budget(ctx, tli_live_builder_room(live));
     tli_live_unlock(live);
     tli_live_source *s = tl_mem_zalloc(ctx, 1, sizeof *s, &st);
     if (!st) s->holds = 1;
@@ -189,7 +130,7 @@ static void open_file(tl_live *live)
         st = first_scene(live, s, given ? given->scene : NULL, width, height, &scene, lacks,
                          sizeof lacks);
     tli_live_lock(live);
-    say_why(live, st, text, sizeof text);
+    tli_live_why(live, ctx, s ? s->source : NULL, TL_LIVE_OPEN, st, text, sizeof text);
     if (!st) {
         st = tli_live_copy_scene(live, scene, &shown);
         if (st) snprintf(text, sizeof text, "%s", tl_ctx_message(live->ctx));
@@ -283,13 +224,16 @@ static void make_content(tl_live *live, const tli_live_task *task)
     live->running_step = tli_live_data_step(scene);
     live->running_camera = task->camera;
     live->builder.job = TL_LIVE_CONTENT;
-    tl_ctx_set_budget(ctx, budget(live));
+    tl_ctx_set_budget(ctx, tli_live_builder_room(live));
+    const bool is_tight = live->fits_tets < UINT64_MAX;
     tli_live_unlock(live);
+    if (is_tight) tl_view_trim(source->views[!task->cut]);
     double start = tli_clock_s();
     tl_status st = build(live, source, scene->scene, task, &made);
     double seconds = tli_clock_s() - start;
     tli_live_lock(live);
     if (!st) {
+        live->content_count++;
         made->stamp = scene->stamp;
         made->camera = task->camera;
         made->step = task->step;
@@ -301,15 +245,15 @@ static void make_content(tl_live *live, const tli_live_task *task)
             put(live, task, made, seconds);
         else
             tli_live_drop_content(live, made);
-    } else if (st == TL_ERR_MEMORY || st == TL_ERR_BUDGET ? !shrink(live, task)
-                                                          : st != TL_ERR_CANCELLED) {
+    } else if (tli_live_lacks_memory(st) ? !tli_live_shrink(live, task) : st != TL_ERR_CANCELLED) {
         char text[sizeof((tl_live_event *)0)->text];
+        tli_live_why(live, ctx, source->source, TL_LIVE_CONTENT, st, text, sizeof text);
+        live->made_room = false;
         live->has_failed = true;
         live->failed_stamp = scene->stamp;
         live->failed_camera = task->camera;
         live->is_drawn = false; /* the frame's note says it */
         tli_bell_ring(&live->drawer.bell);
-        say_why(live, st, text, sizeof text);
         tli_live_failed(live, TL_LIVE_CONTENT, st, text);
     }
     tli_live_drop_source(live, source);
@@ -325,7 +269,7 @@ void tli_live_build(void *arg)
     tli_live_lock(live);
     while (!live->is_ending) {
         double wait_s;
-        clear_old(live);
+        tli_live_clear_old(live);
         if (live->is_ending) break;
         tli_live_task task = tli_live_next(live, tli_clock_s(), &wait_s);
         if (task.step == TLI_LIVE_NOTHING) {
@@ -354,5 +298,5 @@ void tli_live_build_end(tl_live *live)
     tli_live_drop_source(live, live->source);
     live->coarse = live->fine = NULL;
     live->source = NULL;
-    clear_old(live);
+    tli_live_clear_old(live);
 }

@@ -12,6 +12,9 @@
 static const double SHORT_S = 0.25;
 /* Between two pictures of lines that move, seconds. */
 static const double MOTION_S = 1.0 / 30;
+/* Frames that the shell holds are waited for so often where there is no memory for another one. */
+enum { WAITS_MOST = 10 };
+static const double WAIT_S = 0.1;
 
 /* What the thread keeps to itself. */
 typedef struct drawer {
@@ -22,6 +25,7 @@ typedef struct drawer {
     bool has_fallen;       /* back to the processor, until another kind is asked for */
     tl_shown *shown;
     tli_live_content *content; /* that is shown; holds */
+    int waits;                 /* for frames of the shell, in a row */
 } drawer;
 
 /* A frame on its way. */
@@ -96,12 +100,6 @@ static tl_status want_renderer(drawer *d, tl_renderer_kind kind)
 
 /* ---- what to draw ---- */
 
-/* Rays a pixel and side that the scene asks for at rest. */
-static uint32_t samples_at_rest(const tl_live *live, const tli_live_content *content)
-{
-    return tl_content_samples(content->content, live->scene->scene, live->width, live->height);
-}
-
 /* False: nothing; *wait_s: until there is something, or infinity. With the lock. */
 static bool plan(tl_live *live, double last_s, shot *s, double *wait_s)
 {
@@ -115,7 +113,8 @@ static bool plan(tl_live *live, double last_s, shot *s, double *wait_s)
     bool is_first = content->step == TLI_LIVE_FIRST && !s->is_complete && !live->has_failed;
     s->reduction = s->moving || animated || is_first ? live->pace.reduction : 1;
     s->asked_s = live->changed_s;
-    uint32_t most = s->is_complete && !animated ? samples_at_rest(live, content) : 1;
+    uint32_t most = s->is_complete && !animated ? tli_live_samples(live, content) : 1;
+    tli_live_fit_rays(live, &s->samples, &s->reduction);
     if (animated) {
         *wait_s = last_s + MOTION_S - tli_clock_s();
         s->time_s = tli_clock_s() - live->start_s;
@@ -307,7 +306,7 @@ static void publish(drawer *d, const shot *s, double seconds)
                              .draw_s = seconds,
                              .renderer = slot->renderer,
                              .note = slot->note};
-    slot->frame.is_final = s->is_complete && s->samples >= samples_at_rest(live, s->content);
+    slot->frame.is_final = s->is_complete && s->samples >= tli_live_samples(live, s->content);
     tli_live_drop_slot(live, live->newest);
     slot->holds++;
     live->newest = slot;
@@ -327,6 +326,39 @@ static tli_live_slot *free_slot(tl_live *live)
     return NULL;
 }
 
+/* Memory of frames that nobody holds. */
+static bool free_slots(drawer *d)
+{
+    bool any = false;
+    for (size_t i = 0; i < TLI_LIVE_FRAMES; i++) {
+        tli_live_slot *slot = &d->live->slots[i];
+        if (slot->holds || !slot->pixel_max) continue;
+        tl_mem_free(d->ctx, slot->rgba);
+        tl_mem_free(d->ctx, slot->depth);
+        slot->rgba = NULL;
+        slot->depth = NULL;
+        slot->pixel_max = 0;
+        any = true;
+    }
+    return any;
+}
+
+/* After a picture that found no memory: what is tried next needs less. What shows a ray a pixel
+ * does not give way to finer pictures. */
+static bool make_do(drawer *d, const shot *s)
+{
+    tl_live *live = d->live;
+    if (s->samples == 1 && free_slots(d)) return true;
+    if (s->slot->pixel_max)
+        return tli_live_shrink_drawn(live, s->content, s->samples, s->reduction);
+    /* for a frame: the shell lets go of those that it has one after another */
+    tli_live_drop_slot(live, live->newest);
+    live->newest = NULL;
+    if (d->waits++ >= WAITS_MOST) return false;
+    tli_live_sleep(live, &live->drawer.bell, WAIT_S);
+    return true;
+}
+
 /* With the lock; gives it for the work. */
 static void take(drawer *d, shot *s)
 {
@@ -338,8 +370,10 @@ static void take(drawer *d, shot *s)
     live->drawing = s->samples > 1 ? TLI_LIVE_DRAWS_SAMPLES
                     : s->moving    ? TLI_LIVE_DRAWS_MOVING
                                    : TLI_LIVE_DRAWS_REST;
+    const size_t room = tli_live_drawer_room(live);
     tli_live_unlock(live);
     double start = live->drawer.started_s = tli_clock_s();
+    tl_ctx_set_budget(d->ctx, room);
     tl_status st = draw(d, s);
     double seconds = tli_clock_s() - start;
     tli_live_lock(live);
@@ -347,13 +381,17 @@ static void take(drawer *d, shot *s)
     if (!live->is_ending) tl_ctx_cancel(d->ctx, false);
     live->drawn_samples = s->samples;
     if (!st) {
+        d->waits = 0;
         live->last_failure[TL_LIVE_DRAWING][0] = 0;
         publish(d, s, seconds);
-    } else if (st == TL_ERR_CANCELLED) {
+    } else if (st == TL_ERR_CANCELLED || (tli_live_lacks_memory(st) && make_do(d, s))) {
         live->is_drawn = false;
     } else {
+        char text[sizeof((tl_live_event *)0)->text];
+        tli_live_why(live, d->ctx, NULL, TL_LIVE_DRAWING, st, text, sizeof text);
+        d->waits = 0;
         live->drawn_samples = UINT32_MAX; /* not again before something changes */
-        tli_live_failed(live, TL_LIVE_DRAWING, st, tl_ctx_message(d->ctx));
+        tli_live_failed(live, TL_LIVE_DRAWING, st, text);
         tli_live_tell(live);
     }
     tli_live_drop_content(live, s->content);

@@ -143,7 +143,11 @@ void tli_live_show_scene(tl_live *live, tli_live_scene *scene)
     tli_live_drop_scene(live, live->scene);
     live->scene = scene;
     if (!ram) ram = live->opts.ram_bytes;
-    if (ram != live->ram_limit) live->fits_tets = UINT64_MAX;
+    if (ram != live->ram_limit) {
+        live->fits_tets = UINT64_MAX;
+        live->rays_max = (double)INFINITY;
+        live->has_said_rays = false;
+    }
     live->ram_limit = ram;
     if (!card) card = UINT64_MAX;
     if (card != live->card_limit) live->card_tets = UINT64_MAX;

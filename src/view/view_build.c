@@ -330,15 +330,24 @@ static tl_status keep(tl_ctx *ctx, tl_view *view, const tl_content *c)
     return TL_OK;
 }
 
+void tl_view_trim(tl_view *view)
+{
+    if (view->hull) tl_view_trim(view->hull);
+    tli_strips_tidy(view, NULL);
+    release_kept(view->ctx, view->paints, view->paint_count, view->shapes, view->shape_count);
+    view->paints = NULL;
+    view->shapes = NULL;
+    view->paint_count = view->shape_count = 0;
+    drop_body(view);
+}
+
 void tl_view_destroy(tl_view *view)
 {
     if (!view) return;
+    tl_view_trim(view);
     tl_view_destroy(view->hull);
-    tli_strips_tidy(view, NULL);
     tl_mem_free(view->ctx, view->strips);
-    release_kept(view->ctx, view->paints, view->paint_count, view->shapes, view->shape_count);
     for (size_t i = 0; i < TLI_RECENT_PAINTS; i++) tli_paint_release(view->recent[i]);
-    tli_body_release(view->body);
     tli_body_release(view->look);
     tli_body_release(view->whole);
     tl_cut_destroy(view->cut);

@@ -8,6 +8,9 @@
 
 /* Tets of a look; of all glances together that a survey of a series has. */
 static const uint64_t LOOK_TETS = 100000;
+/* What a tet of a look takes, with its share of all that is kept of it, bytes; and the part of the
+ * budget that a look may take. */
+static const double LOOK_TET_BYTES = 130, LOOK_SHARE = 0.25;
 
 /* ---- facts ---- */
 
@@ -382,6 +385,13 @@ tl_status tli_source_mesh(tl_ctx *ctx, const tl_source *source, const tl_cut *cu
     return st;
 }
 
+/* Tets of a look under the budget. */
+static uint64_t look_tets(const tl_ctx *ctx)
+{
+    const double room = LOOK_SHARE * (double)tli_ctx_room(ctx) / LOOK_TET_BYTES;
+    return room < (double)LOOK_TETS ? (uint64_t)room : LOOK_TETS;
+}
+
 /* The mesh of a coarse cut. */
 static tl_status make_coarse(tl_ctx *ctx, const tl_source *source, int64_t step, bool is_glance,
                              tli_body **body)
@@ -392,7 +402,7 @@ static tl_status make_coarse(tl_ctx *ctx, const tl_source *source, int64_t step,
     size_t *channels = tl_mem_alloc(ctx, head->channel_count, sizeof *channels, &st);
     size_t count = 0;
     tl_cut_query query = tl_cut_query_defaults();
-    query.tets_max = is_glance ? LOOK_TETS / TLI_SURVEY_STEPS : LOOK_TETS;
+    query.tets_max = is_glance ? look_tets(ctx) / TLI_SURVEY_STEPS : look_tets(ctx);
     for (uint32_t c = 0; !st && c < head->channel_count; c++)
         if (tli_in_step(&head->channels[c], step)) channels[count++] = c;
     if (!st) st = tl_cut_create(ctx, source->store, &cut);

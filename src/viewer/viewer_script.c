@@ -1,6 +1,8 @@
 /* Scripts: one command a line, of scenes (scene.h) or of the viewer's parts, for tests and
  * demonstrations. A line begins when the one before is done: open when the file is open, picture
- * when it is written. The first error ends the script and the program. */
+ * when it is written. What scenes do is done at once, many lines in a turn of the loop; other lines
+ * have a turn each, in which the parts hear of the changes before. The first error ends the script
+ * and the program. */
 #include "viewer_core.h"
 
 #include <math.h>
@@ -9,6 +11,7 @@
 #include <string.h>
 
 #define BEAT_MS 8
+#define BEAT_LINES_S 0.008 /* lines of scenes in one turn */
 #define SETTLE_SECONDS 300
 #define PAINT_SECONDS 10 /* after a change of its size a window is laid out anew */
 #define DRAG_STEPS 12
@@ -299,12 +302,15 @@ static const viewer_command *find_command(const viewer *v, const char *name)
     return NULL;
 }
 
-static void run_line(viewer *v, const char *text)
+/* True: more lines may follow in the same turn. */
+static bool run_line(viewer *v, const char *text)
 {
+    bool goes_on = true;
     char *line = g_strstrip(g_strdup(text));
     if (*line && *line != '#') {
         char **parts = g_strsplit_set(line, " \t", 2);
         const viewer_command *command = find_command(v, parts[0]);
+        goes_on = !command;
         if (!command)
             viewer_do(v, "%s", line);
         else if (!command->run(v, parts[1] ? g_strstrip(parts[1]) : "") && !v->script->has_failed)
@@ -312,6 +318,15 @@ static void run_line(viewer *v, const char *text)
         g_strfreev(parts);
     }
     g_free(line);
+    return goes_on && !v->script->has_failed;
+}
+
+static void run_lines(viewer *v)
+{
+    struct viewer_script *s = v->script;
+    const gint64 end = g_get_monotonic_time() + (gint64)(BEAT_LINES_S * G_USEC_PER_SEC);
+    while (run_line(v, s->lines[s->line++]) && s->lines[s->line] && g_get_monotonic_time() < end) {
+    }
 }
 
 static void go_on_turning(viewer *v, double part)
@@ -412,7 +427,7 @@ static gboolean on_beat(gpointer data)
     s->beat = now;
     if (!is_waiting(v, now)) {
         if (s->lines && s->lines[s->line])
-            run_line(v, s->lines[s->line++]);
+            run_lines(v);
         else
             finish(v);
     }
