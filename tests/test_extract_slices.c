@@ -3,8 +3,13 @@
 #include "check.h"
 #include "check_ctx.h"
 
+#include "store/store_format.h"
+
 #include "check_slices.h"
 #include "fail_alloc.h"
+
+/* Slices that are updated together. */
+enum { TOGETHER = 3 };
 
 static double ball(const double x[3])
 {
@@ -92,6 +97,108 @@ static void decodes_what_changed(void **state)
     tl_polydata_destroy(ctx, first);
     tl_slices_destroy(slices);
     tl_cut_destroy(cut);
+    slices_close(&c);
+    CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
+    tl_ctx_destroy(ctx);
+}
+
+/* Two values, one with the channel carried, and a plane that carries it. */
+static void create_together(const slices_case *c, tl_slices *slices[TOGETHER])
+{
+    static const double values[TOGETHER] = {0.3, 0.35, 0};
+    for (int i = 0; i < TOGETHER; i++) {
+        tl_slices_opts opts = tl_slices_opts_defaults();
+        if (i < 2) opts.channel = c->number;
+        opts.plane[2] = 0.4;
+        opts.values = &values[i];
+        opts.value_count = 1;
+        opts.channels = &c->number;
+        opts.channel_count = i > 0;
+        CHECK_OK(c->ctx, tl_slices_create(c->ctx, c->store, &opts, &slices[i]));
+    }
+}
+
+static void same_joined(tl_ctx *ctx, const tl_slices *slices, const tl_polydata *expected)
+{
+    tl_polydata *p = NULL;
+    CHECK_OK(ctx, tl_slices_join(slices, &p));
+    slices_same(p, expected);
+    tl_polydata_destroy(ctx, p);
+}
+
+/* Bytes of the patches that one of them meets and none did before (known, [patch_count of the
+ * model]), each with its only channel; *fresh is how many. */
+static uint64_t bytes_of_new(const slices_case *c, tl_slices *const slices[TOGETHER],
+                             const uint32_t *patches, size_t count, uint8_t *known, size_t *fresh)
+{
+    uint64_t bytes = 0;
+    uint8_t *now = calloc(c->head->patch_count, 1);
+    *fresh = 0;
+    for (size_t i = 0; i < count; i++) {
+        tl_patch_info info;
+        bool is_new = false;
+        for (int k = 0; k < TOGETHER; k++) {
+            const uint8_t bit = (uint8_t)(1 << k);
+            if (!tl_slices_patch(slices[k], patches[i])) continue;
+            now[patches[i]] |= bit;
+            is_new |= !(known[patches[i]] & bit);
+        }
+        if (!is_new) continue;
+        CHECK_OK(c->ctx, tl_store_patch(c->ctx, c->store, patches[i], &info));
+        bytes +=
+            tli_store_blob_bytes(info.topology_bytes) + tli_store_blob_bytes(info.channel_bytes[0]);
+        ++*fresh;
+    }
+    memcpy(known, now, c->head->patch_count);
+    free(now);
+    return bytes;
+}
+
+/* Several slices that go over to cuts together have what each has alone; a patch is read once for
+ * all of them. */
+static void together_as_alone(void **state)
+{
+    (void)state;
+    slices_case c;
+    tl_ctx *ctx = check_ctx_create(2);
+    tl_cut *cut = NULL;
+    tl_slices *together[TOGETHER], *alone[TOGETHER];
+    size_t all = 0, each = 0;
+    open_ball(&c, ctx);
+    CHECK_EQ(c.head->channel_count, 1);
+    uint8_t *known = calloc(c.head->patch_count, 1);
+    CHECK_OK(ctx, tl_cut_create(ctx, c.store, &cut));
+    create_together(&c, together);
+    create_together(&c, alone);
+    for (uint32_t round = 0; round < 8; round++) {
+        size_t count, decoded, fresh;
+        const uint32_t *patches = cut_at(cut, (3 * round + 1) % 4, &count);
+        for (int k = 0; k < TOGETHER; k++) { /* reads the tables and pages that are needed */
+            CHECK_OK(ctx, tl_slices_update(alone[k], patches, count));
+            each += tl_slices_get_state(alone[k]).decoded;
+        }
+        const uint64_t before = tl_store_bytes_read(c.store);
+        CHECK_OK(ctx, tl_slices_update_all(together, TOGETHER, patches, count, &decoded));
+        const uint64_t read = tl_store_bytes_read(c.store) - before;
+        CHECK_EQ(read, bytes_of_new(&c, together, patches, count, known, &fresh));
+        CHECK_EQ(decoded, fresh);
+        all += decoded;
+        for (int k = 0; k < TOGETHER; k++) {
+            tl_polydata *expected = NULL;
+            CHECK_OK(ctx, tl_slices_join(alone[k], &expected));
+            CHECK(expected->cell_count > 0);
+            same_joined(ctx, together[k], expected);
+            tl_polydata_destroy(ctx, expected);
+        }
+    }
+    printf("%zu patches for %zu\n", all, each);
+    CHECK(all > 50 && 4 * all < 3 * each);
+    for (int k = 0; k < TOGETHER; k++) {
+        tl_slices_destroy(together[k]);
+        tl_slices_destroy(alone[k]);
+    }
+    tl_cut_destroy(cut);
+    free(known);
     slices_close(&c);
     CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
     tl_ctx_destroy(ctx);
@@ -213,6 +320,17 @@ static void wrong_options(void **state)
     CHECK_STATUS(tl_slices_update(slices, &c.head->patch_count, 1), TL_ERR_ARG);
     CHECK_STATUS(tl_slices_update(slices, twice, 2), TL_ERR_ARG);
     CHECK_EQ(tl_slices_get_state(slices).patches, 0);
+    tl_store *store = NULL;
+    tl_slices *pair[2] = {slices, slices};
+    const uint32_t patch = 0;
+    CHECK_STATUS(tl_slices_update_all(pair, 2, &patch, 1, NULL), TL_ERR_ARG);
+    CHECK_OK(ctx, tl_store_open(ctx, check_model_path("slices"), &store));
+    CHECK_OK(ctx, tl_slices_create(ctx, store, &opts, &pair[1]));
+    CHECK_STATUS(tl_slices_update_all(pair, 2, &patch, 1, NULL), TL_ERR_ARG);
+    CHECK_OK(ctx, tl_slices_update_all(NULL, 0, &patch, 1, NULL));
+    CHECK_EQ(tl_slices_get_state(slices).passed_over, 0);
+    tl_slices_destroy(pair[1]);
+    tl_store_close(store);
     tl_slices_destroy(slices);
     slices_close(&c);
     CHECK_EQ(tl_ctx_current_bytes(ctx), 0);
@@ -267,16 +385,15 @@ static void failing_memory(void **state)
     tl_ctx_destroy(ctx);
 }
 
-static void same_joined(tl_ctx *ctx, const tl_slices *slices, const tl_polydata *expected)
+/* Whether all are as expected. */
+static void same_together(tl_ctx *ctx, tl_slices *const slices[TOGETHER],
+                          tl_polydata *const expected[TOGETHER])
 {
-    tl_polydata *p = NULL;
-    CHECK_OK(ctx, tl_slices_join(slices, &p));
-    slices_same(p, expected);
-    tl_polydata_destroy(ctx, p);
+    for (int k = 0; k < TOGETHER; k++) same_joined(ctx, slices[k], expected[k]);
 }
 
-/* An update that fails for lack of memory, at any place, leaves what was there, and what comes
- * after it: the same patches, half of them, others. */
+/* An update of several that fails for lack of memory, at any place, leaves what was there, and what
+ * comes after it: the same patches, half of them, others. */
 static void failed_update_changes_nothing(void **state)
 {
     (void)state;
@@ -286,49 +403,55 @@ static void failed_update_changes_nothing(void **state)
     tl_cut *cut = NULL;
     uint32_t *lists[2];
     size_t counts[2];
-    tl_polydata *expected[2];
+    tl_slices *slices[TOGETHER];
+    tl_polydata *expected[2][TOGETHER];
     tl_ctx *ctx = check_ctx_create(1);
     open_ball(&c, ctx);
-    const double value = 0.3;
     fail_alloc_open(&f, 2);
     CHECK_OK(f.ctx, tl_store_open(f.ctx, check_model_path("slices"), &store));
     CHECK_OK(f.ctx, tl_cut_create(f.ctx, store, &cut));
     slices_case own = c;
+    own.ctx = f.ctx;
     own.store = store;
     for (uint32_t i = 0; i < 2; i++) {
         const uint32_t *patches = cut_at(cut, 4 - i, &counts[i]);
         lists[i] = malloc(counts[i] * sizeof *lists[i]);
         memcpy(lists[i], patches, counts[i] * sizeof *patches);
-        tl_slices *slices = slices_create(&own, f.ctx, &value, 1);
-        CHECK_OK(f.ctx, tl_slices_update(slices, lists[i], counts[i]));
-        CHECK_OK(f.ctx, tl_slices_join(slices, &expected[i]));
-        tl_slices_destroy(slices);
+        create_together(&own, slices);
+        for (int k = 0; k < TOGETHER; k++) {
+            CHECK_OK(f.ctx, tl_slices_update(slices[k], lists[i], counts[i]));
+            CHECK_OK(f.ctx, tl_slices_join(slices[k], &expected[i][k]));
+            tl_slices_destroy(slices[k]);
+        }
     }
     size_t failures = 0;
     for (tl_status st = TL_ERR_MEMORY; st; failures += st != TL_OK) {
-        tl_slices *slices = slices_create(&own, f.ctx, &value, 1);
-        CHECK_OK(f.ctx, tl_slices_update(slices, lists[0], counts[0]));
-        const tl_slices_state before = tl_slices_get_state(slices);
+        tl_slices_state before[TOGETHER];
+        create_together(&own, slices);
+        CHECK_OK(f.ctx, tl_slices_update_all(slices, TOGETHER, lists[0], counts[0], NULL));
+        for (int k = 0; k < TOGETHER; k++) before[k] = tl_slices_get_state(slices[k]);
         f.alloc.fail_at = f.alloc.requests + failures + 1;
-        st = tl_slices_update(slices, lists[1], counts[1]);
+        st = tl_slices_update_all(slices, TOGETHER, lists[1], counts[1], NULL);
         f.alloc.fail_at = 0;
         if (st) {
-            const tl_slices_state after = tl_slices_get_state(slices);
             CHECK_STATUS(st, TL_ERR_MEMORY);
-            CHECK(!memcmp(&before, &after, sizeof after));
-            same_joined(f.ctx, slices, expected[0]);
-            CHECK_OK(f.ctx, tl_slices_update(slices, lists[0], counts[0] / 2));
-            CHECK_OK(f.ctx, tl_slices_update(slices, lists[0], counts[0]));
-            same_joined(f.ctx, slices, expected[0]);
-            CHECK_OK(f.ctx, tl_slices_update(slices, lists[1], counts[1]));
+            for (int k = 0; k < TOGETHER; k++) {
+                const tl_slices_state after = tl_slices_get_state(slices[k]);
+                CHECK(!memcmp(&before[k], &after, sizeof after));
+            }
+            same_together(f.ctx, slices, expected[0]);
+            CHECK_OK(f.ctx, tl_slices_update_all(slices, 2, lists[0], counts[0] / 2, NULL));
+            CHECK_OK(f.ctx, tl_slices_update_all(slices, 2, lists[0], counts[0], NULL));
+            same_together(f.ctx, slices, expected[0]);
+            CHECK_OK(f.ctx, tl_slices_update_all(slices, TOGETHER, lists[1], counts[1], NULL));
         }
-        same_joined(f.ctx, slices, expected[1]);
-        tl_slices_destroy(slices);
+        same_together(f.ctx, slices, expected[1]);
+        for (int k = 0; k < TOGETHER; k++) tl_slices_destroy(slices[k]);
     }
     printf("%zu failures, %zu and %zu patches\n", failures, counts[0], counts[1]);
     CHECK(failures > 50);
     for (int i = 0; i < 2; i++) {
-        tl_polydata_destroy(f.ctx, expected[i]);
+        for (int k = 0; k < TOGETHER; k++) tl_polydata_destroy(f.ctx, expected[i][k]);
         free(lists[i]);
     }
     tl_cut_destroy(cut);
@@ -340,12 +463,10 @@ static void failed_update_changes_nothing(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(random_cuts),
-                                       cmocka_unit_test(decodes_what_changed),
-                                       cmocka_unit_test(normals_of_the_mesh),
-                                       cmocka_unit_test(planes_and_threads),
-                                       cmocka_unit_test(wrong_options),
-                                       cmocka_unit_test(failing_memory),
-                                       cmocka_unit_test(failed_update_changes_nothing)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_cuts),        cmocka_unit_test(decodes_what_changed),
+        cmocka_unit_test(together_as_alone),  cmocka_unit_test(normals_of_the_mesh),
+        cmocka_unit_test(planes_and_threads), cmocka_unit_test(wrong_options),
+        cmocka_unit_test(failing_memory),     cmocka_unit_test(failed_update_changes_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

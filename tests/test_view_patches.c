@@ -166,9 +166,11 @@ static void equals_the_whole(void **state)
 
 /* ---- what a change costs ---- */
 
-/* Patches of the view's cut that hold a value of the model's first channel are added to *met, and
- * known [patch count of the model] is set to them; returns how many were not among those before. */
-static size_t count_new(tl_ctx *ctx, const tl_view *view, double value, uint8_t *known, size_t *met)
+/* Patches of the view's cut that hold one of two values of the model's first channel are added to
+ * *met, and known [patch count of the model] is set to them; returns how many were not among those
+ * before. */
+static size_t count_new(tl_ctx *ctx, const tl_view *view, const double values[2], uint8_t *known,
+                        size_t *met)
 {
     size_t count, fresh = 0;
     const uint32_t *patches = tl_cut_patches(view->cut, &count);
@@ -178,7 +180,9 @@ static size_t count_new(tl_ctx *ctx, const tl_view *view, double value, uint8_t 
     for (size_t i = 0; i < count; i++) {
         tl_patch_info info;
         CHECK_OK(ctx, tl_store_patch(ctx, view->source->store, patches[i], &info));
-        now[patches[i]] = (double)info.ranges[0] <= value && value <= (double)info.ranges[1];
+        for (int k = 0; k < 2; k++)
+            now[patches[i]] |=
+                (double)info.ranges[0] <= values[k] && values[k] <= (double)info.ranges[1];
         fresh += now[patches[i]] && !known[patches[i]];
         *met += now[patches[i]];
     }
@@ -187,13 +191,14 @@ static size_t count_new(tl_ctx *ctx, const tl_view *view, double value, uint8_t 
     return fresh;
 }
 
-/* A camera that moves decodes the patches that come, also where a coarser content comes between;
- * another colour, opacity or light none. */
+/* A camera that moves decodes the patches that come, each once, also those of several surfaces, and
+ * also where a coarser content comes between; another colour, opacity or light none. */
 static void decodes_what_is_new(void **state)
 {
-    static const char *const LINES[] = {"add surface channel=f value=0.5",
-                                        "set detail.error_px 0.1", "set camera.view_angle 10",
-                                        NULL};
+    static const double VALUES[2] = {0.5, 0.52};
+    static const char *const LINES[] = {
+        "add surface channel=f value=0.5", "add surface channel=f value=0.52 color_by=f",
+        "set detail.error_px 0.1", "set camera.view_angle 10", NULL};
     (void)state;
     tl_view *view = NULL;
     tl_ctx *ctx = check_ctx_create(2);
@@ -206,12 +211,12 @@ static void decodes_what_is_new(void **state)
     for (int i = 0; i < 20; i++) {
         say(ctx, scene, "set camera.position 0.5,%g,0.5", -20 * pow(0.8, i));
         tl_content *content = view_build(ctx, view, scene), *coarse = NULL;
-        CHECK_EQ(content->facts.decoded, count_new(ctx, view, 0.5, known, &met));
+        CHECK_EQ(content->facts.decoded, count_new(ctx, view, VALUES, known, &met));
         fresh += content->facts.decoded;
         rounds += content->facts.decoded > 0;
         tl_content *same = view_build(ctx, view, scene);
         CHECK_EQ(same->facts.decoded, 0);
-        CHECK(same->things[0].polydata == content->things[0].polydata);
+        for (int k = 0; k < 2; k++) CHECK(same->things[k].polydata == content->things[k].polydata);
         tl_content_destroy(ctx, same);
         const tl_camera camera = view_camera(scene);
         tl_view_limits limits = tl_view_limits_defaults();

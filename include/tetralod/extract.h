@@ -123,11 +123,16 @@ TL_API tl_status tl_slices_set_values(tl_slices *slices, const double *values, s
  * pool. On failure those before stay. TL_ERR_ARG for a patch that is none, or there
  * twice; TL_ERR_IO and TL_ERR_FORMAT name the patch. */
 TL_API tl_status tl_slices_update(tl_slices *slices, const uint32_t *patches, size_t patch_count);
+/* The same of several slices [slices_count] of one store and context, each once: a patch that
+ * several of them need is read and decoded once. *decoded (may be NULL) tells how many were. On
+ * failure all are as they were. Fails as tl_slices_update. */
+TL_API tl_status tl_slices_update_all(tl_slices *const *slices, size_t slices_count,
+                                      const uint32_t *patches, size_t patch_count, size_t *decoded);
 
 /* What is there, and what the last update took. */
 typedef struct tl_slices_state {
     size_t patches;     /* that the values may cut */
-    size_t decoded;     /* of them, by the last update */
+    size_t decoded;     /* of them, for the last update */
     uint64_t tets;      /* of the decoded ones */
     size_t triangles;   /* of all */
     size_t passed_over; /* patches that the values miss */

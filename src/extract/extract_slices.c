@@ -125,7 +125,18 @@ typedef struct coming {
     uint32_t *numbers;       /* [count] rising */
     tli_slices_part **parts; /* [count] */
     size_t count, with_keys;
+    tli_slices_part **all; /* room for these and for those that stay */
 } coming;
+
+/* What comes to several slices. */
+typedef struct arrival {
+    tl_ctx *ctx;
+    tl_store *store;
+    coming *each; /* [count] */
+    size_t count;
+    uint32_t *numbers; /* [number_count] of all, each once */
+    size_t number_count;
+} arrival;
 
 static int by_number(const void *a, const void *b)
 {
@@ -155,18 +166,53 @@ static tl_status list_coming(coming *c, const uint32_t *patches, size_t patch_co
     if (st) return st;
     qsort(c->numbers, c->count, sizeof *c->numbers, by_number);
     c->parts = tl_mem_zalloc(s->ctx, c->count, sizeof *c->parts, &st);
+    c->all = tl_mem_alloc(s->ctx, s->part_count + c->count, sizeof *c->all, &st);
+    return st;
+}
+
+/* Of all slices, which patches; each of these once. */
+static tl_status list_arrival(arrival *a, const uint32_t *patches, size_t patch_count)
+{
+    tl_status st = TL_OK;
+    size_t count = 0, kept = 0;
+    for (size_t i = 0; !st && i < a->count; i++) {
+        st = list_coming(&a->each[i], patches, patch_count);
+        count += a->each[i].count;
+    }
+    a->numbers = tl_mem_alloc(a->ctx, count, sizeof *a->numbers, &st);
+    if (st) return st;
+    count = 0;
+    for (size_t i = 0; i < a->count; i++)
+        for (size_t k = 0; k < a->each[i].count; k++) a->numbers[count++] = a->each[i].numbers[k];
+    qsort(a->numbers, count, sizeof *a->numbers, by_number);
+    for (size_t i = 0; i < count; i++)
+        if (!kept || a->numbers[i] != a->numbers[kept - 1]) a->numbers[kept++] = a->numbers[i];
+    a->number_count = kept;
+    return TL_OK;
+}
+
+/* The parts of all slices that a patch comes to. */
+static tl_status make_of_patch(tl_ctx *ctx, arrival *a, uint32_t number)
+{
+    tli_slices_patch patch;
+    tl_status st = tli_slices_patch_open(ctx, a->store, number, &patch);
+    for (size_t i = 0; !st && i < a->count; i++) {
+        coming *c = &a->each[i];
+        const uint32_t *at = bsearch(&number, c->numbers, c->count, sizeof number, by_number);
+        if (at) st = tli_slices_part_make(ctx, &c->slices->job, &patch, &c->parts[at - c->numbers]);
+    }
+    tli_slices_patch_release(ctx, &patch);
     return st;
 }
 
 static tl_status make_parts(void *arg, size_t begin, size_t end, unsigned worker)
 {
     (void)worker;
-    coming *c = arg;
+    arrival *a = arg;
     tl_ctx *fork = NULL;
-    tl_status st = tli_ctx_fork(c->slices->ctx, &fork);
-    for (size_t i = begin; !st && i < end; i++)
-        st = tli_slices_part_make(fork, &c->slices->job, c->numbers[i], &c->parts[i]);
-    return tli_ctx_join(c->slices->ctx, fork, st);
+    tl_status st = tli_ctx_fork(a->ctx, &fork);
+    for (size_t i = begin; !st && i < end; i++) st = make_of_patch(fork, a, a->numbers[i]);
+    return tli_ctx_join(a->ctx, fork, st);
 }
 
 /* Numbers for the shared vertices of a part, and room for what is known of them. */
@@ -196,13 +242,16 @@ static void drop_keys(tl_slices *s, tli_slices_part *part)
 }
 
 /* All that can fail; afterwards the parts are there, but nobody knows of them. */
-static tl_status prepare(coming *c)
+static tl_status prepare(arrival *a, const uint32_t *patches, size_t patch_count)
 {
-    tl_slices *s = c->slices;
-    tl_status st = tli_parallel(s->ctx, c->count, 1, make_parts, c);
-    for (; !st && c->with_keys < c->count; c->with_keys++) {
-        st = take_keys(s, c->parts[c->with_keys]);
-        if (st) break;
+    tl_status st = list_arrival(a, patches, patch_count);
+    if (!st) st = tli_parallel(a->ctx, a->number_count, 1, make_parts, a);
+    for (size_t i = 0; !st && i < a->count; i++) {
+        coming *c = &a->each[i];
+        for (; !st && c->with_keys < c->count; c->with_keys++) {
+            st = take_keys(c->slices, c->parts[c->with_keys]);
+            if (st) break;
+        }
     }
     return st;
 }
@@ -212,6 +261,7 @@ static void give_up(coming *c)
     for (size_t i = 0; i < c->with_keys; i++) drop_keys(c->slices, c->parts[i]);
     for (size_t i = 0; c->parts && i < c->count; i++)
         tli_slices_part_destroy(c->slices->ctx, c->parts[i]);
+    tl_mem_free(c->slices->ctx, c->all);
 }
 
 /* ---- going over ---- */
@@ -221,10 +271,11 @@ static void touch(tl_slices *s, const tli_slices_part *part)
     for (uint32_t i = 0; i < part->shared_count; i++) s->touched[part->keys[i]] = 1;
 }
 
-/* Merges the parts that stay with those that come into parts, and destroys those that go. */
-static void exchange(tl_slices *s, coming *c, tli_slices_part **parts)
+/* Merges the parts that stay with those that come, and destroys those that go. */
+static void exchange(tl_slices *s, coming *c)
 {
     size_t count = 0, next = 0;
+    tli_slices_part **parts = c->all;
     for (size_t i = 0; i < s->part_count; i++) {
         tli_slices_part *part = s->parts[i];
         if (s->stamps[part->number] == s->stamp && !s->is_stale) continue;
@@ -311,25 +362,61 @@ static void count_up(tl_slices *s, const coming *c, size_t patch_count)
     }
 }
 
-tl_status tl_slices_update(tl_slices *s, const uint32_t *patches, size_t patch_count)
+static tl_status check_slices(tl_slices *const *slices, size_t count)
 {
-    coming c = {.slices = s};
-    tl_status st = list_coming(&c, patches, patch_count);
-    tli_slices_part **parts = tl_mem_alloc(s->ctx, s->part_count + c.count, sizeof *parts, &st);
-    if (!st) st = prepare(&c);
-    if (st) {
-        give_up(&c);
-        tl_mem_free(s->ctx, parts);
-        tl_note(s->ctx, st, "while slicing %zu patches", patch_count);
-    } else {
-        exchange(s, &c, parts); /* from here on nothing fails */
-        sum_touched(s);
-        count_up(s, &c, patch_count);
-        if (s->job.opts.normals) st = tli_parallel(s->ctx, s->part_count, 1, turn_normals, s);
+    if (!count) return TL_OK;
+    tl_ctx *ctx = slices[0]->ctx;
+    for (size_t i = 1; i < count; i++) {
+        if (slices[i]->ctx != ctx || slices[i]->job.store != slices[0]->job.store)
+            return tl_fail(ctx, TL_ERR_ARG, "slices %zu are of another store or context", i);
+        for (size_t k = 0; k < i; k++)
+            if (slices[i] == slices[k])
+                return tl_fail(ctx, TL_ERR_ARG, "slices %zu are there twice", i);
     }
-    tl_mem_free(s->ctx, c.parts);
-    tl_mem_free(s->ctx, c.numbers);
+    return TL_OK;
+}
+
+/* Goes over to what has come. */
+static tl_status take_over(coming *c, size_t patch_count)
+{
+    tl_slices *s = c->slices;
+    exchange(s, c);
+    sum_touched(s);
+    count_up(s, c, patch_count);
+    return s->job.opts.normals ? tli_parallel(s->ctx, s->part_count, 1, turn_normals, s) : TL_OK;
+}
+
+tl_status tl_slices_update_all(tl_slices *const *slices, size_t slices_count,
+                               const uint32_t *patches, size_t patch_count, size_t *decoded)
+{
+    tl_status st = check_slices(slices, slices_count);
+    if (decoded) *decoded = 0;
+    if (st || !slices_count) return st;
+    arrival a = {.ctx = slices[0]->ctx, .store = slices[0]->job.store};
+    a.each = tl_mem_zalloc(a.ctx, slices_count, sizeof *a.each, &st);
+    for (; !st && a.count < slices_count; a.count++) a.each[a.count].slices = slices[a.count];
+    if (!st) st = prepare(&a, patches, patch_count);
+    if (st) tl_note(a.ctx, st, "while slicing %zu patches", patch_count);
+    if (!st && decoded) *decoded = a.number_count;
+    const bool is_ready = !st; /* from here on only normals can be given up */
+    for (size_t i = 0; i < a.count; i++) {
+        tl_status end = TL_OK;
+        if (is_ready)
+            end = take_over(&a.each[i], patch_count);
+        else
+            give_up(&a.each[i]);
+        if (!st) st = end;
+        tl_mem_free(a.ctx, a.each[i].parts);
+        tl_mem_free(a.ctx, a.each[i].numbers);
+    }
+    tl_mem_free(a.ctx, a.numbers);
+    tl_mem_free(a.ctx, a.each);
     return st;
+}
+
+tl_status tl_slices_update(tl_slices *slices, const uint32_t *patches, size_t patch_count)
+{
+    return tl_slices_update_all(&slices, 1, patches, patch_count, NULL);
 }
 
 tl_slices_state tl_slices_get_state(const tl_slices *s)

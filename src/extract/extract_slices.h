@@ -37,8 +37,20 @@ typedef struct tli_slices_job {
     tl_slices_opts opts; /* arrays point to own copies, values rising */
 } tli_slices_job;
 
-/* Reads, decodes and slices a patch; ctx is that of one thread. Gives *part, without keys. */
-tl_status tli_slices_part_make(tl_ctx *ctx, const tli_slices_job *job, uint32_t number,
+/* A patch as it was read and decoded, for all that slice it. */
+typedef struct tli_slices_patch {
+    const tl_store *store; /* borrowed */
+    uint32_t number;
+    tl_patch *patch;
+    double **values; /* [channel_count of the store] of those that were asked for, else NULL:
+                        [vert_count][components] */
+} tli_slices_patch;
+/* To be released also after a failure. ctx is that of one thread, here and below. */
+tl_status tli_slices_patch_open(tl_ctx *ctx, const tl_store *store, uint32_t number,
+                                tli_slices_patch *patch);
+void tli_slices_patch_release(tl_ctx *ctx, tli_slices_patch *patch);
+/* Slices a patch of the job's store. Gives *part, without keys. */
+tl_status tli_slices_part_make(tl_ctx *ctx, const tli_slices_job *job, tli_slices_patch *patch,
                                tli_slices_part **part);
 void tli_slices_part_destroy(tl_ctx *ctx, tli_slices_part *part);
 /* Of memory. */

@@ -1,6 +1,7 @@
 /* One patch of a surface: decoded, sliced by the kernel for meshes, and of its border what
  * neighbours need: which vertices they share, and the patch's part of the gradient there. */
 #include <math.h>
+#include <string.h>
 
 #include "base/base_vec.h"
 #include "extract/extract_slices.h"
@@ -9,9 +10,11 @@
 typedef struct patch_job {
     tl_ctx *ctx;
     const tli_slices_job *job;
-    tl_patch *patch;
+    tli_slices_patch *source;
+    const tl_patch *patch; /* of it */
     tl_mesh *mesh;
-    double *scalar;
+    const double *scalar; /* [vert_count]: values of the patch, or own */
+    double *own;
     size_t *carried;
     tli_slope *slopes; /* [vert_count] */
     double *gradients; /* [vert_count][3] */
@@ -44,7 +47,44 @@ tl_status tli_slices_may_cut(tl_ctx *ctx, const tli_slices_job *job, uint32_t nu
     return TL_OK;
 }
 
-/* ---- the patch as a mesh ---- */
+/* ---- the patch ---- */
+
+tl_status tli_slices_patch_open(tl_ctx *ctx, const tl_store *store, uint32_t number,
+                                tli_slices_patch *patch)
+{
+    tl_status st = TL_OK;
+    *patch = (tli_slices_patch){.store = store, .number = number};
+    patch->values =
+        tl_mem_zalloc(ctx, tl_store_get_head(store)->channel_count, sizeof *patch->values, &st);
+    return st ? st : tl_store_topology(ctx, store, number, &patch->patch);
+}
+
+void tli_slices_patch_release(tl_ctx *ctx, tli_slices_patch *patch)
+{
+    const size_t count = tl_store_get_head(patch->store)->channel_count;
+    for (size_t c = 0; patch->values && c < count; c++) tl_mem_free(ctx, patch->values[c]);
+    tl_mem_free(ctx, patch->values);
+    tl_patch_destroy(ctx, patch->patch);
+    *patch = (tli_slices_patch){0};
+}
+
+/* Values of a channel of the store [vert_count][components], borrowed from the patch. */
+static tl_status take_values(const patch_job *j, uint32_t channel, const double **values)
+{
+    tl_status st = TL_OK;
+    tli_slices_patch *p = j->source;
+    const uint32_t n = j->job->head->channels[channel].components;
+    if (!p->values[channel]) {
+        double *made = tl_mem_alloc(j->ctx, p->patch->vert_count, n * sizeof *made, &st);
+        if (!st) st = tl_store_channel_values(j->ctx, p->store, p->number, p->patch, channel, made);
+        if (st)
+            tl_mem_free(j->ctx, made);
+        else
+            p->values[channel] = made;
+    }
+    *values = p->values[channel];
+    return st;
+}
 
 static tl_status make_mesh(patch_job *j)
 {
@@ -63,34 +103,22 @@ static tl_status make_mesh(patch_job *j)
     return st;
 }
 
-/* Values of a channel of the store [vert_count][components]. Gives *values. */
-static tl_status take_values(patch_job *j, uint32_t channel, double **values)
-{
-    tl_status st = TL_OK;
-    uint32_t number = j->part->number, n = j->job->head->channels[channel].components;
-    *values = tl_mem_alloc(j->ctx, j->patch->vert_count, n * sizeof **values, &st);
-    if (!st)
-        st = tl_store_channel_values(j->ctx, j->job->store, number, j->patch, channel, *values);
-    return st;
-}
-
 static tl_status make_scalar(patch_job *j)
 {
     tl_status st = TL_OK;
-    size_t count = j->patch->vert_count;
-    if (j->job->opts.channel == TL_NONE) {
-        j->scalar = tl_mem_alloc(j->ctx, count, sizeof *j->scalar, &st);
-        return st ? st
-                  : tl_plane_distance(j->ctx, j->mesh, j->job->opts.plane, j->job->opts.plane + 3,
-                                      j->scalar);
-    }
-    st = take_values(j, j->job->opts.channel, &j->scalar);
-    size_t n = j->job->head->channels[j->job->opts.channel].components;
-    for (size_t v = 0; !st && n > 1 && v < count; v++) { /* in place: v is read before it is set */
+    const tl_slices_opts *o = &j->job->opts;
+    const size_t count = j->patch->vert_count;
+    const size_t n = o->channel == TL_NONE ? 0 : j->job->head->channels[o->channel].components;
+    if (n) st = take_values(j, o->channel, &j->scalar);
+    if (st || n == 1) return st;
+    j->own = tl_mem_alloc(j->ctx, count, sizeof *j->own, &st);
+    if (!st && !n) st = tl_plane_distance(j->ctx, j->mesh, o->plane, o->plane + 3, j->own);
+    for (size_t v = 0; !st && n && v < count; v++) {
         double square = 0;
         for (size_t k = 0; k < n; k++) square += j->scalar[n * v + k] * j->scalar[n * v + k];
-        j->scalar[v] = sqrt(square);
+        j->own[v] = sqrt(square);
     }
+    j->scalar = j->own;
     return st;
 }
 
@@ -104,13 +132,21 @@ tl_channel tli_slices_carried(const tli_slices_job *job, size_t place)
                         .scalar = job->opts.carry ? TL_F64 : from->scalar};
 }
 
-/* What values become, in place: each is read before it is set. */
-static void turn_values(const patch_job *j, size_t place, double *values)
+/* What a carried channel is in the mesh [vert_count][components of it]. Gives *values. */
+static tl_status carry_values(const patch_job *j, size_t place, uint32_t components,
+                              double **values)
 {
+    const double *from;
     const tl_slices_opts *o = &j->job->opts;
     const uint32_t n = j->job->head->channels[o->channels[place]].components;
-    for (size_t v = 0; v < j->patch->vert_count; v++)
-        values[v] = o->carry(o->carry_user, place, values + n * v, n);
+    const size_t count = j->patch->vert_count;
+    tl_status st = take_values(j, o->channels[place], &from);
+    *values = tl_mem_alloc(j->ctx, count, components * sizeof **values, &st);
+    if (st) return st;
+    if (!o->carry && count) memcpy(*values, from, count * n * sizeof *from);
+    for (size_t v = 0; o->carry && v < count; v++)
+        (*values)[v] = o->carry(o->carry_user, place, from + n * v, n);
+    return TL_OK;
 }
 
 /* Puts the carried channels into the mesh. */
@@ -122,8 +158,7 @@ static tl_status carry_channels(patch_job *j)
     for (size_t c = 0; !st && c < o->channel_count; c++) {
         double *values = NULL;
         tl_channel to = tli_slices_carried(j->job, c);
-        st = take_values(j, o->channels[c], &values);
-        if (!st && o->carry) turn_values(j, c, values);
+        st = carry_values(j, c, to.components, &values);
         to.values = values;
         if (!st) st = tl_mesh_adopt_channel(j->mesh, &to);
         if (st) tl_mem_free(j->ctx, values);
@@ -215,17 +250,16 @@ static tl_status fill_slots(patch_job *j)
 
 /* ---- the part ---- */
 
-tl_status tli_slices_part_make(tl_ctx *ctx, const tli_slices_job *job, uint32_t number,
+tl_status tli_slices_part_make(tl_ctx *ctx, const tli_slices_job *job, tli_slices_patch *patch,
                                tli_slices_part **part)
 {
     tl_status st = TL_OK;
-    patch_job j = {.ctx = ctx, .job = job};
+    patch_job j = {.ctx = ctx, .job = job, .source = patch, .patch = patch->patch};
     j.part = tl_mem_zalloc(ctx, 1, sizeof *j.part, &st);
     if (st) return st;
-    j.part->number = number;
-    st = tl_store_topology(ctx, job->store, number, &j.patch);
-    if (!st) j.part->tet_count = j.patch->tet_count;
-    if (!st) st = make_mesh(&j);
+    j.part->number = patch->number;
+    j.part->tet_count = j.patch->tet_count;
+    st = make_mesh(&j);
     if (!st) st = make_scalar(&j);
     if (!st) st = carry_channels(&j);
     if (!st) st = make_gradients(&j);
@@ -233,8 +267,7 @@ tl_status tli_slices_part_make(tl_ctx *ctx, const tli_slices_job *job, uint32_t 
     if (!st) st = find_rim(&j);
     if (!st) st = fill_slots(&j);
     tl_mesh_destroy(j.mesh);
-    tl_patch_destroy(ctx, j.patch);
-    void *blocks[] = {j.slots, j.ends, j.gradients, j.slopes, j.carried, j.scalar};
+    void *blocks[] = {j.slots, j.ends, j.gradients, j.slopes, j.carried, j.own};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) tl_mem_free(ctx, blocks[i]);
     if (st)
         tli_slices_part_destroy(ctx, j.part);

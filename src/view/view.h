@@ -485,14 +485,18 @@ typedef struct tli_maker {
     bool by_patch;     /* surfaces and planes are made so */
     tli_recipe recipe; /* by_patch: of the cut */
 } tli_maker;
-/* Triangles of a surface or plane, patch by patch. Gives *triangles. view_strips.c */
-tl_status tli_strip_slice(tli_maker *maker, const tli_entry *entry, tl_polydata **triangles);
+/* Slices the patches of the cut for surfaces and planes [entry_count]; then the triangles of one of
+ * them. Gives *triangles. view_strips.c */
+tl_status tli_strips_update(tli_maker *maker, const tli_entry *const *entries, size_t entry_count);
+tl_status tli_strip_join(const tli_maker *maker, const tli_entry *entry, tl_polydata **triangles);
 /* Keeps what the agenda, which may be NULL, can go on with. */
 void tli_strips_tidy(tl_view *view, const tli_agenda *agenda);
 /* Memory that they take. */
 uint64_t tli_strips_bytes(const tl_view *view);
 /* Things of a node. view_things.c, view_marks.c, view_swarm.c */
 tl_status tli_make_thing(tli_maker *maker, const tli_entry *entry);
+/* Before those of maker->by_patch: what all surfaces and planes are made of that are not there. */
+tl_status tli_make_strips(tli_maker *maker);
 tl_status tli_make_marks(tli_maker *maker, const tli_entry *entry);
 tl_status tli_make_points(tli_maker *maker, const tli_entry *entry);
 tl_status tli_make_lines(tli_maker *maker, const tli_entry *entry);

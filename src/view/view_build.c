@@ -272,6 +272,7 @@ static tl_status make_things(tl_ctx *ctx, tl_view *view, const tli_agenda *agend
     maker.recipe = agenda->by_patch
                        ? tli_recipe_text(tli_cut_recipe(view->cut, agenda->step), "cut")
                        : c->body->recipe;
+    if (maker.by_patch) st = tli_make_strips(&maker);
     for (size_t i = 0; !st && i < agenda->thing_count; i++) {
         st = tli_make_thing(&maker, &agenda->things[i]);
         if (!st) st = tl_progress(ctx, "scene", i + 1, agenda->thing_count);

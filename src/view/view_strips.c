@@ -1,7 +1,8 @@
 /* Surfaces and planes of a model, patch by patch (tl_slices): of a cut that moves only the patches
  * that came are decoded. There are two strips of each surface, one of the cuts that limits made
  * coarser, for pictures while something moves, and one of those at rest, so that the one does not
- * take from the other what it goes on with. */
+ * take from the other what it goes on with. All of them go over to a cut together, so that a patch
+ * that several of them meet is decoded once. */
 #include "view/view.h"
 
 /* What is sliced, and what is carried along. */
@@ -92,19 +93,40 @@ static tli_strip *find_strip(const tl_view *view, tli_recipe recipe)
     return NULL;
 }
 
-tl_status tli_strip_slice(tli_maker *maker, const tli_entry *entry, tl_polydata **triangles)
+static bool is_listed(tl_slices *const *slices, size_t count, const tl_slices *one)
 {
-    cutting c;
-    size_t count;
+    bool found = false;
+    for (size_t i = 0; i < count; i++) found |= slices[i] == one;
+    return found;
+}
+
+tl_status tli_strips_update(tli_maker *maker, const tli_entry *const *entries, size_t entry_count)
+{
     tl_view *view = maker->view;
     tl_status st = TL_OK;
-    const uint32_t *patches = tl_cut_patches(view->cut, &count);
-    describe(view, maker->agenda, entry, &c);
-    tli_strip *strip = find_strip(view, recipe_of(&c, entry));
-    if (!strip) st = create_strip(maker->ctx, view, entry, &c, &strip);
-    if (!st) st = tl_slices_update(strip->slices, patches, count);
-    if (!st) maker->content->facts.decoded += tl_slices_get_state(strip->slices).decoded;
-    return st ? st : tl_slices_join(strip->slices, triangles);
+    size_t patch_count, decoded = 0, count = 0;
+    const uint32_t *patches = tl_cut_patches(view->cut, &patch_count);
+    tl_slices **slices = tl_mem_alloc(maker->ctx, entry_count, sizeof *slices, &st);
+    for (size_t i = 0; !st && i < entry_count; i++) {
+        cutting c;
+        describe(view, maker->agenda, entries[i], &c);
+        tli_strip *strip = find_strip(view, recipe_of(&c, entries[i]));
+        if (!strip) st = create_strip(maker->ctx, view, entries[i], &c, &strip);
+        if (!st && !is_listed(slices, count, strip->slices)) slices[count++] = strip->slices;
+    }
+    if (!st) st = tl_slices_update_all(slices, count, patches, patch_count, &decoded);
+    maker->content->facts.decoded += decoded;
+    tl_mem_free(maker->ctx, slices);
+    return st;
+}
+
+tl_status tli_strip_join(const tli_maker *maker, const tli_entry *entry, tl_polydata **triangles)
+{
+    cutting c;
+    describe(maker->view, maker->agenda, entry, &c);
+    const tli_strip *strip = find_strip(maker->view, recipe_of(&c, entry));
+    TL_ASSERT(strip);
+    return tl_slices_join(strip->slices, triangles);
 }
 
 void tli_strips_tidy(tl_view *view, const tli_agenda *agenda)

@@ -241,19 +241,31 @@ static tl_status slice_surface(tli_maker *m, const tli_entry *entry, double valu
     return tl_slice_mesh(m->ctx, &dressed.mesh, scalar->values, &opts, triangles);
 }
 
+/* Of the triangles of a surface or plane. */
+static tli_recipe triangles_recipe(const tli_maker *m, const tli_entry *entry)
+{
+    double plane[6];
+    tli_recipe recipe = tli_maker_recipe(m, entry);
+    if (entry->kind == TL_NODE_SURFACE) {
+        const double value = tli_surface_value(m->agenda->scene, entry);
+        recipe = with_paint(with_paint(recipe, entry->own), entry->color);
+        return tli_recipe_real(recipe, entry->own->factor * value);
+    }
+    tl_scene_plane(m->agenda->scene, entry->node, "plane", plane);
+    return tli_recipe_bytes(with_paint(recipe, entry->color), plane, sizeof plane);
+}
+
 static tl_status make_surface(tli_maker *m, const tli_entry *entry)
 {
     tl_status st = TL_OK;
     const tli_paint *own = entry->own, *color = entry->color;
     const double value = tli_surface_value(m->agenda->scene, entry);
-    const double shown = own->factor * value;
-    tli_recipe recipe = with_paint(with_paint(tli_maker_recipe(m, entry), own), color);
-    recipe = tli_recipe_real(recipe, shown);
+    const tli_recipe recipe = triangles_recipe(m, entry);
     const tli_shape *shape = tli_maker_find(m, recipe, &st);
     if (!st && !shape) {
         tl_polydata *triangles = NULL;
-        st = m->by_patch ? tli_strip_slice(m, entry, &triangles)
-                         : slice_surface(m, entry, shown, &triangles);
+        st = m->by_patch ? tli_strip_join(m, entry, &triangles)
+                         : slice_surface(m, entry, own->factor * value, &triangles);
         if (!st && !triangles->cell_count)
             tl_log(m->ctx, TL_LOG_WARNING,
                    "%s is empty: '%s' has the value %g nowhere, it goes from %g to %g",
@@ -274,14 +286,15 @@ static tl_status make_surface(tli_maker *m, const tli_entry *entry)
     return tli_maker_add(m, &thing);
 }
 
-static tl_status slice_plane(tli_maker *m, const tli_entry *entry, const double plane[6],
-                             tl_polydata **triangles)
+static tl_status slice_plane(tli_maker *m, const tli_entry *entry, tl_polydata **triangles)
 {
+    double plane[6];
     tl_status st = TL_OK;
     tli_dressed dressed;
     const double value = 0;
     const size_t count = tl_mesh_vert_count(m->body->mesh);
     double *distance = tl_mem_alloc(m->ctx, count, sizeof *distance, &st);
+    tl_scene_plane(m->agenda->scene, entry->node, "plane", plane);
     tl_slice_opts opts = tl_slice_opts_defaults();
     if (!st) st = dress(m, entry->color, &dressed);
     if (!st) st = tl_plane_distance(m->ctx, m->body->mesh, plane, plane + 3, distance);
@@ -308,15 +321,11 @@ static void warn_beside(const tli_maker *m, const tli_entry *entry)
 static tl_status make_slice(tli_maker *m, const tli_entry *entry)
 {
     tl_status st = TL_OK;
-    double plane[6];
-    tl_scene_plane(m->agenda->scene, entry->node, "plane", plane);
-    const tli_recipe recipe =
-        tli_recipe_bytes(with_paint(tli_maker_recipe(m, entry), entry->color), plane, sizeof plane);
+    const tli_recipe recipe = triangles_recipe(m, entry);
     const tli_shape *shape = tli_maker_find(m, recipe, &st);
     if (!st && !shape) {
         tl_polydata *triangles = NULL;
-        st = m->by_patch ? tli_strip_slice(m, entry, &triangles)
-                         : slice_plane(m, entry, plane, &triangles);
+        st = m->by_patch ? tli_strip_join(m, entry, &triangles) : slice_plane(m, entry, &triangles);
         if (!st && !triangles->cell_count) warn_beside(m, entry);
         if (!st) st = tli_maker_keep(m, recipe, triangles, NULL, &shape);
     }
@@ -325,6 +334,23 @@ static tl_status make_slice(tli_maker *m, const tli_entry *entry)
     thing.look.lit = !thing.look.scalar;
     thing.look.opacity = tli_maker_real(m, entry, "opacity");
     return tli_maker_add(m, &thing);
+}
+
+tl_status tli_make_strips(tli_maker *maker)
+{
+    tl_status st = TL_OK;
+    const tli_agenda *agenda = maker->agenda;
+    size_t count = 0;
+    const tli_entry **missing = tl_mem_alloc(maker->ctx, agenda->thing_count, sizeof *missing, &st);
+    for (size_t i = 0; !st && i < agenda->thing_count; i++) {
+        const tli_entry *entry = &agenda->things[i];
+        if (tli_shares(TLI_CUTS, entry) &&
+            !tli_maker_find(maker, triangles_recipe(maker, entry), &st))
+            missing[count++] = entry;
+    }
+    if (!st) st = tli_strips_update(maker, missing, count);
+    tl_mem_free(maker->ctx, missing);
+    return st;
 }
 
 /* Glass without colours where other things lie inside. */
