@@ -23,7 +23,7 @@ class Saves(HandsTest):
         os.mkdir(self.at(name))
         return self.at(name)
 
-    def ask(self, keys, title, fields):
+    def ask(self, keys, title, fields, end="alt+s"):
         """Opens the dialog and goes from field to field; a text is typed, True is a switch pressed, None is passed over."""
         self.click(self.part(0.9, 0.1))
         self.key(keys)
@@ -36,7 +36,7 @@ class Saves(HandsTest):
             elif field:
                 self.key("ctrl+a")
                 self.display.tool("type", "--delay", 15, field)
-        self.key("alt+s")
+        self.key(end)
 
     def test_picture_by_hand(self):
         """Of another size, transparent where nothing is; a name without a known ending is refused."""
@@ -56,6 +56,22 @@ class Saves(HandsTest):
         with self.assertRaisesRegex(AssertionError, r"hand\.jpg.*expected a name that ends in \.png"):
             self.act((lambda: save(self.at("hand.jpg")), []))
         self.assertFalse(os.path.exists(self.at("hand.jpg")))
+
+    def test_enter_saves_and_the_size_stays(self):
+        """Enter in an entry goes on; the next dialog begins with that size, out of proportion as it was."""
+        first, second = self.at("first.png"), self.at("second.pdf")
+
+        def save():
+            self.ask("ctrl+p", "Save picture", [None, None, True], "shift+Tab")
+            self.display.tool("type", "--delay", 15, "120")
+            self.key("Return")
+            self.choose("Save picture as", first)
+            self.ask("ctrl+p", "Save picture", ["200"], "Return")
+            self.choose("Save picture as", second)
+        self.act((save, []))
+        self.assertEqual(pixels(first).shape[0], 120)
+        with open(second, "rb") as f:
+            self.assertIn(b"[ 0 0 200 120 ]", f.read())
 
     def test_the_window_waits_for_a_name(self):
         """Nothing else is done while a file is asked for: what is asked is of the picture that was seen."""

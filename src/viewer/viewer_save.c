@@ -34,6 +34,8 @@ struct viewer_save {
     GtkWindow *dialog;
     GtkWidget *width, *height, *keep, *transparent, *frames, *degrees;
     double aspect;
+    double chosen[2]; /* width and height of the last picture; 0: none */
+    bool is_free;     /* it was not in proportion */
     bool is_sequence;
     job *asked; /* a job whose path is asked for */
 };
@@ -314,6 +316,9 @@ static void on_accept(GtkButton *button, viewer *v)
     if (!viewer_save_idle(v) || s->asked) return; /* a place for it is asked for */
     number_in(s->width);                          /* one moves the other */
     const double height = number_in(s->height), width = number_in(s->width);
+    s->chosen[0] = width;
+    s->chosen[1] = height;
+    s->is_free = !gtk_check_button_get_active(GTK_CHECK_BUTTON(s->keep));
     s->asked = make_job(v, (uint32_t)width, (uint32_t)height);
     if (s->asked) {
         if (gtk_check_button_get_active(GTK_CHECK_BUTTON(s->transparent)))
@@ -323,9 +328,12 @@ static void on_accept(GtkButton *button, viewer *v)
             s->asked->frame_count = (uint32_t)number_in(s->frames);
             s->asked->degrees = number_in(s->degrees);
         }
-        GtkFileChooserNative *dialog = viewer_dialog(
-            v, s->is_sequence ? "Save frames as" : "Save picture as", "_Save",
-            GTK_FILE_CHOOSER_ACTION_SAVE, s->is_sequence ? "frame.png" : "picture.png", NULL);
+        char *name =
+            s->is_sequence ? g_strdup("frame.png") : viewer_name_like(v, "picture", ".png");
+        GtkFileChooserNative *dialog =
+            viewer_dialog(v, s->is_sequence ? "Save frames as" : "Save picture as", "_Save",
+                          GTK_FILE_CHOOSER_ACTION_SAVE, name, NULL);
+        g_free(name);
         g_signal_connect(dialog, "response", G_CALLBACK(on_path), v);
         gtk_native_dialog_show(GTK_NATIVE_DIALOG(dialog));
     }
@@ -355,6 +363,7 @@ static GtkWidget *add_spin(GtkWidget *grid, int row, const char *name, double le
     gtk_label_set_xalign(GTK_LABEL(label), 1);
     gtk_widget_add_css_class(label, "dim-label");
     gtk_spin_button_set_value(GTK_SPIN_BUTTON(spin), value);
+    gtk_text_set_activates_default(GTK_TEXT(gtk_editable_get_delegate(GTK_EDITABLE(spin))), TRUE);
     gtk_grid_attach(GTK_GRID(grid), label, 0, row, 1, 1);
     gtk_grid_attach(GTK_GRID(grid), spin, 1, row, 1, 1);
     return spin;
@@ -369,10 +378,12 @@ static GtkWidget *make_grid(viewer *v)
     s->aspect = (double)camera.size_px[0] / camera.size_px[1];
     gtk_grid_set_row_spacing(GTK_GRID(grid), 8);
     gtk_grid_set_column_spacing(GTK_GRID(grid), 12);
-    s->width = add_spin(grid, row++, "Width, pixels", 16, SIDE_MOST, camera.size_px[0]);
-    s->height = add_spin(grid, row++, "Height, pixels", 16, SIDE_MOST, camera.size_px[1]);
+    const double width = s->chosen[0] > 0 ? s->chosen[0] : camera.size_px[0];
+    const double height = s->is_free ? s->chosen[1] : width / s->aspect;
+    s->width = add_spin(grid, row++, "Width, pixels", 16, SIDE_MOST, width);
+    s->height = add_spin(grid, row++, "Height, pixels", 16, SIDE_MOST, height);
     s->keep = gtk_check_button_new_with_label("Keep proportions");
-    gtk_check_button_set_active(GTK_CHECK_BUTTON(s->keep), TRUE);
+    gtk_check_button_set_active(GTK_CHECK_BUTTON(s->keep), !s->is_free);
     gtk_grid_attach(GTK_GRID(grid), s->keep, 1, row++, 1, 1);
     s->transparent = gtk_check_button_new_with_label("Transparent background");
     gtk_grid_attach(GTK_GRID(grid), s->transparent, 1, row++, 1, 1);
@@ -380,6 +391,10 @@ static GtkWidget *make_grid(viewer *v)
         s->frames = add_spin(grid, row++, "Pictures", 1, FRAMES_MOST, 90);
         s->degrees = add_spin(grid, row++, "Around, degrees", -3600, 3600, ONCE_AROUND);
     }
+    GtkWidget *kinds = gtk_label_new("PNG, PDF or SVG, as the name ends");
+    gtk_widget_add_css_class(kinds, "dim-label");
+    gtk_label_set_xalign(GTK_LABEL(kinds), 0);
+    gtk_grid_attach(GTK_GRID(grid), kinds, 1, row++, 1, 1);
     gtk_widget_add_css_class(save, "suggested-action");
     gtk_widget_set_halign(save, GTK_ALIGN_END);
     gtk_widget_set_margin_top(save, 12);
@@ -387,6 +402,7 @@ static GtkWidget *make_grid(viewer *v)
     g_signal_connect(s->width, "value-changed", G_CALLBACK(on_width), s);
     g_signal_connect(s->height, "value-changed", G_CALLBACK(on_height), s);
     g_signal_connect(save, "clicked", G_CALLBACK(on_accept), v);
+    gtk_window_set_default_widget(s->dialog, save);
     return grid;
 }
 
