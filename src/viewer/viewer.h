@@ -66,6 +66,7 @@ struct viewer {
     /* the parts' own, each of the file of its name */
     struct viewer_core *core;
     struct viewer_shell *shell; /* viewer_window.c */
+    struct viewer_messages *messages;
     struct viewer_figures *figures;
     struct viewer_status *status;
     struct viewer_keys *keys;

@@ -43,18 +43,27 @@ void viewer_picture_reset_stats(viewer *v);
 /* viewer_tool, from the lowest one on. */
 const GArray *viewer_tools_all(const viewer *v);
 
-/* ---- viewer_window.c ---- */
+/* ---- viewer_messages.c ---- */
 
-void viewer_window_attach(viewer *v);
-void viewer_window_destroy(viewer *v);
-/* Title, and what is there instead of a picture. */
-void viewer_window_retitle(viewer *v);
+/* To the window, whose life its own is; end: nothing comes any more. */
+void viewer_messages_attach(viewer *v);
+void viewer_messages_end(viewer *v);
+/* What lies over the picture: messages above, below how far a job is. */
+GtkWidget *viewer_messages_bar(viewer *v);
+GtkWidget *viewer_messages_progress(viewer *v);
 /* A job with its progress and a button that cancels it; text NULL: it has ended. part: 0 to 1,
  * below 0: not known. */
 void viewer_window_progress(viewer *v, const char *text, double part, void (*cancel)(viewer *v));
 /* The same of an event of progress: "text: stage". */
 void viewer_window_job(viewer *v, const char *text, const tl_live_event *event,
                        void (*cancel)(viewer *v));
+
+/* ---- viewer_window.c ---- */
+
+void viewer_window_attach(viewer *v);
+void viewer_window_destroy(viewer *v);
+/* Title, and what is there instead of a picture. */
+void viewer_window_retitle(viewer *v);
 /* A picture of the window, to be released; NULL while it is not laid out. */
 GdkTexture *viewer_window_texture(viewer *v);
 bool viewer_window_is_dark(const viewer *v);

@@ -1,26 +1,14 @@
 /* The window: a header bar, the view with messages above it and what parts put below it, the panels
  * at its right, a line of figures at the bottom. */
 #include "viewer_core.h"
-
-#include <stdarg.h>
-#include <string.h>
-
 #define SIDE_WIDTH 380 /* at first, of a large window */
 #define SIDE_WIDTH_LEAST 300
-#define INFO_SECONDS 6
 
 struct viewer_shell {
     GtkWidget *title, *subtitle;
     GtkWidget *paned;
     bool has_side;               /* panels are wanted, where something is open */
     GtkWidget *welcome, *recent; /* what is there instead of a picture */
-    GtkWidget *bar, *bar_text, *bar_button;
-    viewer_tone bar_tone;
-    void (*bar_fn)(viewer *v), (*bar_refuse)(viewer *v);
-    guint bar_timeout;
-    GtkWidget *progress, *progress_text, *progress_bar;
-    void (*cancel)(viewer *v);
-    guint pulse;
 };
 
 static const char STYLE[] =
@@ -33,171 +21,6 @@ static const char STYLE[] =
     ".tl-welcome .tl-heading { font-size: 1.5em; font-weight: 300; }"
     ".tl-pill { border-radius: 18px; padding: 6px 8px 6px 16px; }"
     ".tl-side { background-color: @theme_bg_color; }";
-
-/* ---- messages ---- */
-
-static void hide_bar(viewer *v)
-{
-    struct viewer_shell *shell = v->shell;
-    if (shell->bar_timeout) g_source_remove(shell->bar_timeout);
-    shell->bar_timeout = 0;
-    shell->bar_fn = shell->bar_refuse = NULL;
-    gtk_info_bar_set_revealed(GTK_INFO_BAR(shell->bar), FALSE);
-}
-
-static gboolean on_bar_timeout(gpointer data)
-{
-    viewer *v = data;
-    v->shell->bar_timeout = 0;
-    hide_bar(v);
-    return G_SOURCE_REMOVE;
-}
-
-static void on_bar_response(GtkInfoBar *bar, int response, viewer *v)
-{
-    (void)bar;
-    void (*fn)(viewer *) = response == GTK_RESPONSE_OK ? v->shell->bar_fn : v->shell->bar_refuse;
-    hide_bar(v);
-    if (fn) fn(v);
-}
-
-static void show_bar(viewer *v, viewer_tone tone, const char *text, const char *button,
-                     void (*fn)(viewer *v), void (*refuse)(viewer *v))
-{
-    static const GtkMessageType TYPES[] = {GTK_MESSAGE_INFO, GTK_MESSAGE_WARNING,
-                                           GTK_MESSAGE_ERROR};
-    struct viewer_shell *shell = v->shell;
-    if (viewer_core_is_ended(v)) return;
-    viewer_script_said(v, tone, text);
-    hide_bar(v);
-    char *shown = g_utf8_make_valid(text, -1); /* names of files may be anything */
-    gtk_info_bar_set_message_type(GTK_INFO_BAR(shell->bar), TYPES[tone]);
-    gtk_label_set_text(GTK_LABEL(shell->bar_text), shown);
-    g_free(shown);
-    gtk_widget_set_visible(shell->bar_button, button != NULL);
-    if (button) gtk_button_set_label(GTK_BUTTON(shell->bar_button), button);
-    shell->bar_tone = tone;
-    shell->bar_fn = fn;
-    shell->bar_refuse = refuse;
-    gtk_info_bar_set_revealed(GTK_INFO_BAR(shell->bar), TRUE);
-    if (tone == VIEWER_INFO && !button)
-        shell->bar_timeout = g_timeout_add_seconds(INFO_SECONDS, on_bar_timeout, v);
-}
-
-void viewer_say(viewer *v, viewer_tone tone, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    char *text = g_strdup_vprintf(format, arguments);
-    va_end(arguments);
-    show_bar(v, tone, text, NULL, NULL, NULL);
-    g_free(text);
-}
-
-void viewer_unsay(viewer *v)
-{
-    if (v->shell->bar_tone == VIEWER_ERROR && !v->shell->bar_fn) hide_bar(v);
-}
-
-void viewer_offer(viewer *v, const char *button, void (*fn)(viewer *v), void (*refuse)(viewer *v),
-                  const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    char *text = g_strdup_vprintf(format, arguments);
-    va_end(arguments);
-    show_bar(v, VIEWER_INFO, text, button, fn, refuse);
-    g_free(text);
-}
-
-static GtkWidget *make_bar(viewer *v)
-{
-    struct viewer_shell *shell = v->shell;
-    shell->bar = gtk_info_bar_new();
-    shell->bar_text = gtk_label_new(NULL);
-    gtk_label_set_wrap(GTK_LABEL(shell->bar_text), TRUE);
-    gtk_label_set_wrap_mode(GTK_LABEL(shell->bar_text), PANGO_WRAP_WORD_CHAR);
-    gtk_label_set_lines(GTK_LABEL(shell->bar_text), 4);
-    gtk_label_set_ellipsize(GTK_LABEL(shell->bar_text), PANGO_ELLIPSIZE_END);
-    gtk_label_set_selectable(GTK_LABEL(shell->bar_text), TRUE);
-    gtk_label_set_xalign(GTK_LABEL(shell->bar_text), 0);
-    gtk_widget_set_hexpand(shell->bar_text, TRUE);
-    gtk_info_bar_add_child(GTK_INFO_BAR(shell->bar), shell->bar_text);
-    shell->bar_button = gtk_info_bar_add_button(GTK_INFO_BAR(shell->bar), "", GTK_RESPONSE_OK);
-    gtk_info_bar_set_show_close_button(GTK_INFO_BAR(shell->bar), TRUE);
-    gtk_info_bar_set_revealed(GTK_INFO_BAR(shell->bar), FALSE);
-    gtk_widget_set_valign(shell->bar, GTK_ALIGN_START); /* over the picture, which keeps its size */
-    g_signal_connect(shell->bar, "response", G_CALLBACK(on_bar_response), v);
-    return shell->bar;
-}
-
-/* ---- progress ---- */
-
-static gboolean on_pulse(gpointer data)
-{
-    gtk_progress_bar_pulse(GTK_PROGRESS_BAR(data));
-    return G_SOURCE_CONTINUE;
-}
-
-static void stop_pulse(struct viewer_shell *shell)
-{
-    if (shell->pulse) g_source_remove(shell->pulse);
-    shell->pulse = 0;
-}
-
-void viewer_window_progress(viewer *v, const char *text, double part, void (*cancel)(viewer *v))
-{
-    struct viewer_shell *shell = v->shell;
-    gtk_widget_set_visible(shell->progress, text != NULL);
-    shell->cancel = cancel;
-    if (!text || part >= 0) stop_pulse(shell);
-    if (!text) return;
-    gtk_label_set_text(GTK_LABEL(shell->progress_text), text);
-    if (part >= 0)
-        gtk_progress_bar_set_fraction(GTK_PROGRESS_BAR(shell->progress_bar), CLAMP(part, 0, 1));
-    else if (!shell->pulse)
-        shell->pulse = g_timeout_add(120, on_pulse, shell->progress_bar);
-}
-
-void viewer_window_job(viewer *v, const char *text, const tl_live_event *event,
-                       void (*cancel)(viewer *v))
-{
-    char *line = g_strdup_printf("%s: %s", text, event->stage);
-    const double part = event->total ? (double)event->done / (double)event->total : -1;
-    viewer_window_progress(v, line, part, cancel);
-    g_free(line);
-}
-
-static void on_cancel(GtkButton *button, viewer *v)
-{
-    (void)button;
-    if (v->shell->cancel) v->shell->cancel(v);
-}
-
-static GtkWidget *make_progress(viewer *v)
-{
-    struct viewer_shell *shell = v->shell;
-    GtkWidget *cancel = gtk_button_new_from_icon_name("window-close-symbolic");
-    shell->progress = gtk_box_new(GTK_ORIENTATION_HORIZONTAL, 12);
-    shell->progress_text = gtk_label_new(NULL);
-    shell->progress_bar = gtk_progress_bar_new();
-    gtk_widget_set_size_request(shell->progress_bar, 160, -1);
-    gtk_widget_set_valign(shell->progress_bar, GTK_ALIGN_CENTER);
-    gtk_widget_add_css_class(shell->progress, "osd");
-    gtk_widget_add_css_class(shell->progress, "tl-pill");
-    gtk_widget_add_css_class(cancel, "flat");
-    gtk_widget_add_css_class(cancel, "circular");
-    gtk_widget_set_tooltip_text(cancel, "Cancel");
-    gtk_box_append(GTK_BOX(shell->progress), shell->progress_text);
-    gtk_box_append(GTK_BOX(shell->progress), shell->progress_bar);
-    gtk_box_append(GTK_BOX(shell->progress), cancel);
-    gtk_widget_set_halign(shell->progress, GTK_ALIGN_CENTER);
-    gtk_widget_set_valign(shell->progress, GTK_ALIGN_END);
-    gtk_widget_set_margin_bottom(shell->progress, 24);
-    gtk_widget_set_visible(shell->progress, FALSE);
-    g_signal_connect(cancel, "clicked", G_CALLBACK(on_cancel), v);
-    return shell->progress;
-}
 
 /* ---- what is there before a picture ---- */
 
@@ -444,8 +267,8 @@ static GtkWidget *make_view(viewer *v)
     gtk_widget_set_size_request(v->picture, 240, 180);
     gtk_overlay_set_child(GTK_OVERLAY(overlay), v->picture);
     gtk_overlay_add_overlay(GTK_OVERLAY(overlay), make_welcome(v));
-    gtk_overlay_add_overlay(GTK_OVERLAY(overlay), make_progress(v));
-    gtk_overlay_add_overlay(GTK_OVERLAY(overlay), make_bar(v));
+    gtk_overlay_add_overlay(GTK_OVERLAY(overlay), viewer_messages_progress(v));
+    gtk_overlay_add_overlay(GTK_OVERLAY(overlay), viewer_messages_bar(v));
     gtk_widget_set_vexpand(overlay, TRUE);
     gtk_box_append(GTK_BOX(column), overlay);
     gtk_box_append(GTK_BOX(column), v->below);
@@ -482,6 +305,7 @@ void viewer_window_attach(viewer *v)
     g_object_unref(style);
     v->window = GTK_WINDOW(gtk_application_window_new(v->app));
     gtk_window_set_default_size(v->window, width, height);
+    viewer_messages_attach(v);
     viewer_keys_attach(v);
     v->shell->paned = gtk_paned_new(GTK_ORIENTATION_HORIZONTAL);
     gtk_paned_set_start_child(GTK_PANED(v->shell->paned), make_view(v));
@@ -505,8 +329,7 @@ void viewer_window_attach(viewer *v)
 
 void viewer_window_destroy(viewer *v)
 {
-    hide_bar(v);
-    stop_pulse(v->shell);
+    viewer_messages_end(v);
     gtk_window_destroy(v->window);
     g_free(v->shell);
 }
