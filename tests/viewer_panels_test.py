@@ -46,6 +46,19 @@ class Values(HandsTest):
     def place_of_value(self, x):
         return lambda: self.place("value", x, 40)
 
+    def test_another_channel_has_a_value_of_its_own(self):
+        """That of the one before would be nowhere in it. One step of undo."""
+        def choose():
+            self.click(self.place("channel", 60, 10))
+            time.sleep(0.4)
+            self.key("Down", "Down", "Return")
+        self.CONTROLS = [*self.CONTROLS, "channel"]
+        ask = ["surface1.channel", "surface1.value"]
+        channel, value, *before = self.act((choose, [*ask, "undo", *ask]))
+        self.assertEqual(channel, "velocity")
+        self.assertNotEqual(value, "0.02")
+        self.assertEqual(before, ["pressure", "0.02"])
+
     def test_words_that_are_wrong_and_right(self):
         wrong, right = self.act((lambda: self.type("value-entry", "much"), ["surface1.value"]),
                                 (lambda: self.type("value-entry", "-0.0123"), ["surface1.value"]))

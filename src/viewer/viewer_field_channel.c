@@ -82,14 +82,42 @@ static void fill_channel(viewer_field *field)
     gtk_drop_down_set_selected(GTK_DROP_DOWN(field->main), at);
 }
 
+/* Values of the channel before mean nothing in the next one, where they may be nowhere. */
+static tl_status forget_values(viewer_field *field)
+{
+    static const char *const VALUES[2][2] = {{"value", NULL}, {"low", "high"}};
+    viewer *v = field->v;
+    tl_value value;
+    tl_status st = TL_OK;
+    const tl_node_kind kind = tl_scene_kind(v->scene, field->node);
+    const char *const *names = VALUES[kind == TL_NODE_THRESHOLD];
+    const bool has_values = kind == TL_NODE_SURFACE || kind == TL_NODE_THRESHOLD;
+    if (!has_values || strcmp(field->info->name, "channel") != 0) return TL_OK;
+    for (int i = 0; !st && i < 2 && names[i]; i++) {
+        st = tl_scene_get(v->ctx, v->scene, field->node, names[i], &value);
+        if (!st && value.count)
+            st = tl_scene_set_text(v->ctx, v->scene, field->node, names[i], "auto");
+    }
+    return st;
+}
+
 static void channel_changed(GtkDropDown *drop, GParamSpec *spec, viewer_field *field)
 {
     (void)spec;
+    viewer *v = field->v;
     const guint chosen = gtk_drop_down_get_selected(drop);
     if (field->is_filling || chosen >= field->names->len) return;
-    tl_scene_seal(field->v->scene);
-    viewer_field_set_text(field, chosen ? field->names->pdata[chosen] : "none");
-    tl_scene_seal(field->v->scene);
+    tl_scene_seal(v->scene);
+    tl_status st = tl_scene_begin(v->ctx, v->scene, "channel");
+    if (!st) {
+        st = tl_scene_set_text(v->ctx, v->scene, field->node, field->info->name,
+                               chosen ? field->names->pdata[chosen] : "none");
+        if (!st) st = forget_values(field);
+        const tl_status end = tl_scene_end(v->ctx, v->scene, !st);
+        if (!st) st = end;
+    }
+    viewer_settle(v, st, field->main, field->error);
+    tl_scene_seal(v->scene);
 }
 
 void viewer_field_add_channel(viewer_field *field, GtkWidget *row)
