@@ -164,12 +164,14 @@ static void xdmf_is_read(void **state)
     use_commas();
     put_file("made.xdmf", TEXT, sizeof TEXT - 1);
     const tl_status st = tl_mesh_read(ctx, "made.xdmf", NULL, &mesh, NULL);
-    if (st == TL_ERR_UNSUPPORTED) CHECK_SKIP("built without expat");
+    if (st == TL_ERR_UNSUPPORTED) {
+        check_ctx_destroy(ctx);
+        CHECK_SKIP("built without expat");
+    }
     CHECK_OK(ctx, st);
     CHECK_NEAR(tl_mesh_time(mesh), 1.5, 0);
     CHECK(memcmp(tl_mesh_xyz(mesh), XYZ, sizeof XYZ) == 0);
     tl_mesh_destroy(mesh);
-    put_file("made.xdmf", TEXT, sizeof TEXT - 1);
     check_ctx_destroy(ctx);
 }
 
