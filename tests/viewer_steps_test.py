@@ -69,6 +69,15 @@ class Steps(FilesTest):
         said, _ = self.play(["wait settled", "get data.step"], "--scene", self.at("third.json"), "--size", SIZE)
         self.assertEqual(self.got(said, "data.step"), ["20"])
 
+    def test_row_of_steps(self):
+        """The page of the data set asks for a step where there are several."""
+        lines = ["wait settled", "select data", "wait settled", "where step"]
+        self.play(lines, self.step_file(0), "--size", SIZE)
+        os.makedirs(self.at("alone"), exist_ok=True)
+        shutil.copy(self.step_file(0), self.at("alone/flow.vtu"))
+        _, err = self.play(lines, self.at("alone/flow.vtu"), "--size", SIZE, status=1)
+        self.assertIn("nothing seen is called 'step'", err)
+
     def test_play(self):
         said, _ = self.play(["wait settled", "key play", "wait 3", "key play", "wait settled", "get data.step", "undo", "get data.step"], self.step_file(0), "--size", SIZE)
         steps = self.got(said, "data.step")

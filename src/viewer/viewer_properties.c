@@ -7,6 +7,7 @@
 #include "viewer_field.h"
 #include "viewer_levels.h"
 #include "viewer_things.h"
+#include "viewer_tools.h"
 
 /* Not in rows: eyes of the list, values on the histogram, the file that is open. */
 static const char *const ELSEWHERE[] = {"visible", "on", "value", "low", "high", "file"};
@@ -48,6 +49,7 @@ static void make_rows(viewer_properties *p)
     viewer_clear_box(p->rest);
     for (size_t i = 0; i < count; i++) {
         if (is_among(ELSEWHERE, G_N_ELEMENTS(ELSEWHERE), props[i].name)) continue;
+        if (strcmp(props[i].name, "step") == 0 && !viewer_times_has_steps(v)) continue;
         gtk_box_append(GTK_BOX(is_first(kind, props[i].name) ? p->first : p->rest),
                        viewer_field_create(v, p->node, props[i].name));
     }

@@ -45,7 +45,7 @@ static void go_to(viewer *v, size_t place)
     if (viewer_ok(v, st)) viewer_changed(v);
 }
 
-static bool has_steps(const viewer *v)
+bool viewer_times_has_steps(const viewer *v)
 {
     return facts_of(v) && facts_of(v)->step_count > 1;
 }
@@ -65,7 +65,7 @@ static void stop(viewer *v)
 static gboolean on_timer(gpointer data)
 {
     viewer *v = data;
-    if (!has_steps(v)) {
+    if (!viewer_times_has_steps(v)) {
         stop(v);
         return G_SOURCE_REMOVE;
     }
@@ -77,7 +77,7 @@ static gboolean on_timer(gpointer data)
 static void toggle_play(viewer *v)
 {
     struct viewer_times *t = v->tools->times;
-    if (t->timer || !has_steps(v)) {
+    if (t->timer || !viewer_times_has_steps(v)) {
         stop(v);
         return;
     }
@@ -92,7 +92,7 @@ static bool is_playing(const viewer *v)
 
 static void step_by(viewer *v, int by)
 {
-    if (!has_steps(v)) return;
+    if (!viewer_times_has_steps(v)) return;
     const size_t count = facts_of(v)->step_count;
     stop(v);
     go_to(v, (place_of(v) + count + (size_t)(by + (int)count)) % count);
@@ -130,15 +130,15 @@ static void set_label(viewer *v)
 static void on_frame(viewer *v, void *user)
 {
     (void)user;
-    if (has_steps(v)) set_label(v);
+    if (viewer_times_has_steps(v)) set_label(v);
 }
 
 static void refresh(viewer *v, void *user)
 {
     (void)user;
     struct viewer_times *t = v->tools->times;
-    gtk_widget_set_visible(t->bar, has_steps(v));
-    if (!has_steps(v)) {
+    gtk_widget_set_visible(t->bar, viewer_times_has_steps(v));
+    if (!viewer_times_has_steps(v)) {
         stop(v);
         return;
     }
@@ -151,7 +151,7 @@ static void refresh(viewer *v, void *user)
 
 static void on_slide(GtkRange *range, viewer *v)
 {
-    if (v->tools->times->is_filling || !has_steps(v)) return;
+    if (v->tools->times->is_filling || !viewer_times_has_steps(v)) return;
     const double value = gtk_range_get_value(range);
     stop(v);
     go_to(v, (size_t)(value + 0.5));

@@ -64,6 +64,8 @@ void viewer_rulers_destroy(viewer *v);
 void viewer_rulers_forget(viewer *v);
 void viewer_times_attach(viewer *v);
 void viewer_times_destroy(viewer *v);
+/* The data that are open have several steps. */
+bool viewer_times_has_steps(const viewer *v);
 /* Buttons of the modes in the title bar. viewer_toolbar.c */
 void viewer_toolbar_attach(viewer *v);
 
