@@ -9,6 +9,9 @@ static const double GOAL_S = 0.1;
 static const double GOAL_LEAST_S = 0.005;
 /* Parts of the goal: aimed at; from here on fewer pixels; up to here, predicted, more. */
 static const double AIM = 0.85, TOO_LONG = 1.0, ROOMY = 0.65;
+/* Part of the goal that a mesh of more tets may take and be kept while something moves: motion that
+ * is smooth is worth more than triangles that are smaller than the pixels of its frames. */
+static const double KEPT = 0.5;
 /* Weight of the newest frame. */
 static const double NEWEST = 0.4;
 /* Frames in a row before there are more pixels, and before there are other tets. */
@@ -76,7 +79,7 @@ static double by_rays(double rays)
 bool tli_pace_holds(const tli_pace *pace, double rest_s)
 {
     const double fewer = 1.0 / (REDUCTION_FIRST * REDUCTION_FIRST);
-    return rest_s > 0 && rest_s * by_rays(fewer) <= AIM * pace->goal_s;
+    return rest_s > 0 && rest_s * by_rays(fewer) <= KEPT * pace->goal_s;
 }
 
 double tli_pace_unsampled(double seconds, uint32_t samples)
