@@ -2,6 +2,7 @@
 The machine is played by small scripts that come first on the PATH and write down how they are called."""
 
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -53,6 +54,15 @@ class Run(unittest.TestCase):
             with open(self.calls, encoding="utf-8") as f:
                 calls = f.read().splitlines()
         return done, calls
+
+    def test_targets_are_there_without_tests(self):
+        with open(os.path.join(ROOT, "run"), encoding="utf-8") as f:
+            named = {target for targets in re.findall(r"\bbuild release +([a-z_ ]+)", f.read()) for target in targets.split()}
+        self.assertIn("tetralod_programs", named)
+        tree = os.path.join(self.tree, "none")
+        subprocess.run(["cmake", "-S", ROOT, "-B", tree, "-G", "Ninja", "-DTETRALOD_TESTS=OFF"], check=True, capture_output=True)
+        done = subprocess.run(["ninja", "-C", tree, "-n", *sorted(named)], check=False, capture_output=True, text=True)
+        self.assertEqual(0, done.returncode, done.stdout)
 
     def test_nothing_missing_calls_no_apt(self):
         done, calls = self.run_it("build")
