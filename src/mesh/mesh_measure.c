@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/base_predicates.h"
+#include "base/base_sort.h"
 #include "base/base_vec.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_surface.h"
@@ -190,22 +191,6 @@ static void add_pieces(const piece_stats *pieces, size_t piece_count, tl_mesh_st
     stats->dihedral_max = atan2(sum->largest.sine, sum->largest.cosine);
 }
 
-/* A number whose order as an unsigned integer is that of the value. */
-static uint64_t ordered_bits(double value)
-{
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits >> 63 ? ~bits : bits | (uint64_t)1 << 63;
-}
-
-static double from_ordered_bits(uint64_t bits)
-{
-    double value;
-    bits = bits >> 63 ? bits & ~((uint64_t)1 << 63) : ~bits;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
 /* The value of that rank among those that are not NaN, digit by digit from above. counts
  * [DIGIT_COUNT] is scratch. */
 static double select_rank(const double *values, size_t value_count, size_t rank, size_t *counts)
@@ -214,7 +199,7 @@ static double select_rank(const double *values, size_t value_count, size_t rank,
     for (int shift = 64 - DIGIT_BITS; shift >= 0; shift -= DIGIT_BITS) {
         memset(counts, 0, DIGIT_COUNT * sizeof *counts);
         for (size_t i = 0; i < value_count; i++) {
-            uint64_t bits = ordered_bits(values[i]);
+            uint64_t bits = tli_sort_key(values[i]);
             bool is_in = shift + DIGIT_BITS == 64 || bits >> (shift + DIGIT_BITS) == prefix;
             if (is_in && !isnan(values[i])) counts[bits >> shift & (DIGIT_COUNT - 1)]++;
         }
@@ -222,7 +207,7 @@ static double select_rank(const double *values, size_t value_count, size_t rank,
         for (; counts[digit] <= rank; digit++) rank -= counts[digit];
         prefix = prefix << DIGIT_BITS | digit;
     }
-    return from_ordered_bits(prefix);
+    return tli_sort_value(prefix);
 }
 
 static tl_status measure_tets(tl_ctx *ctx, const tl_mesh *mesh, tl_mesh_stats *stats)

@@ -119,22 +119,6 @@ static double value_at_spot(const tli_body *body, const double *values, size_t s
     return sum / whole;
 }
 
-/* Bits that are in the order of the numbers, and back. */
-static uint64_t bits_of(double value)
-{
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits >> 63 ? ~bits : bits | UINT64_C(1) << 63;
-}
-
-static double value_of(uint64_t bits)
-{
-    double value;
-    bits = bits >> 63 ? bits & ~(UINT64_C(1) << 63) : ~bits;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
 /* Gives values [count], which stand as their bits, in rising order to a scalar; bits are freed on
  * failure. */
 static tl_status keep_spread(tl_ctx *ctx, tl_ctx *owner, uint64_t *bits, size_t count,
@@ -147,7 +131,7 @@ static tl_status keep_spread(tl_ctx *ctx, tl_ctx *owner, uint64_t *bits, size_t 
     }
     _Static_assert(sizeof(double) == sizeof *bits, "they take the place of their bits");
     double *spread = (double *)bits;
-    for (size_t i = 0; i < count; i++) spread[i] = value_of(bits[i]);
+    for (size_t i = 0; i < count; i++) spread[i] = tli_sort_value(bits[i]);
     scalar->spread = spread;
     scalar->spread_count = count;
     return TL_OK;
@@ -162,7 +146,7 @@ tl_status tli_body_spread(tl_ctx *ctx, const tli_body *body, tli_scalar *scalar)
     if (st) return st;
     for (size_t i = 0; i < body->spot_count; i++) {
         const double value = value_at_spot(body, scalar->values, i);
-        if (isfinite(value)) bits[count++] = bits_of(value);
+        if (isfinite(value)) bits[count++] = tli_sort_key(value);
     }
     return keep_spread(ctx, body->ctx, bits, count, scalar);
 }
@@ -177,7 +161,7 @@ tl_status tli_spread_join(tl_ctx *ctx, tli_scalar *const *scalars, size_t scalar
     if (st) return st;
     for (size_t s = 0; s < scalar_count; s++)
         for (size_t i = 0; i < scalars[s]->spread_count; i++)
-            bits[at++] = bits_of(scalars[s]->spread[i]);
+            bits[at++] = tli_sort_key(scalars[s]->spread[i]);
     return keep_spread(ctx, ctx, bits, count, joined);
 }
 
