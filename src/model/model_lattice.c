@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "base/base_predicates.h"
+#include "base/base_vec.h"
 #include "model/model_finest.h"
 #include "model/model_mail.h"
 #include "model/model_turns.h"
@@ -194,26 +195,14 @@ static bool find_moves(const tl_segment *s, const double *xyz, const uint16_t *q
     double e[3][3], normal[3][3];
     const double *x0 = xyz + 3 * (size_t)q[0];
     bool has_moved = false;
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) e[i][k] = xyz[3 * (size_t)q[i + 1] + (size_t)k] - x0[k];
-    for (int i = 0; i < 3; i++) {
-        const double *a = e[(i + 1) % 3], *b = e[(i + 2) % 3];
-        for (int k = 0; k < 3; k++) {
-            int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-            normal[i][k] = a[k1] * b[k2] - a[k2] * b[k1];
-        }
-    }
-    double six = e[0][0] * normal[0][0] + e[0][1] * normal[0][1] + e[0][2] * normal[0][2];
+    for (int i = 0; i < 3; i++) vec_sub(xyz + 3 * (size_t)q[i + 1], x0, e[i]);
+    for (int i = 0; i < 3; i++) vec_cross(e[(i + 1) % 3], e[(i + 2) % 3], normal[i]);
+    double six = vec_dot(e[0], normal[0]);
     for (int i = 0; i < 4; i++) {
         double move[3];
-        for (size_t k = 0; k < 3; k++) {
-            move[k] = s->xyz[3 * (size_t)q[i] + k] - xyz[3 * (size_t)q[i] + k];
-            has_moved |= move[k] != 0;
-        }
-        for (int j = 0; j < 3; j++) {
-            const double *n = normal[j];
-            parts[i][j] = (n[0] * move[0] + n[1] * move[1] + n[2] * move[2]) / six;
-        }
+        vec_sub(s->xyz + 3 * (size_t)q[i], xyz + 3 * (size_t)q[i], move);
+        has_moved |= move[0] != 0 || move[1] != 0 || move[2] != 0;
+        for (int j = 0; j < 3; j++) parts[i][j] = vec_dot(normal[j], move) / six;
     }
     return has_moved && six > 0;
 }
